@@ -22,9 +22,9 @@ pub(crate) enum Finding {
     OfSample {
         /// Index of the sample.
         sample: usize,
-        /// The finding of that fit.
+        /// The finding of its fit.
         finding: problem::Finding,
-        /// The same in words.
+        /// The finding in words.
         sentence: String,
     },
     /// The data contradict that a shared quantity is the same for all labels.

@@ -2,7 +2,7 @@
 //! which significance.
 //!
 //! Each data set, or each label of its `[fit] by`, is first fitted alone: cleaned, with its causes
-//! and spins. All of them are then samples of one problem whose shared unknowns have a column each:
+//! and spins. All are then samples of one problem whose shared unknowns have a column each:
 //! quantities that are compared one for each label, the others one for all; ratios of masses and
 //! radii one for each set of balls, the camera one for each `camera` label or film, the cloth one
 //! for each cloth. Priors count once per column.
@@ -107,7 +107,7 @@ pub(crate) fn compare_watched(
     Joint::new(samples)?.compared(stage)
 }
 
-/// Returns the data sets, those of the same `balls` label with the object ball that one of them
+/// Returns the data sets, each with the object ball that any data set of the same `balls` label
 /// states.
 ///
 /// # Errors

@@ -170,7 +170,7 @@ worded! {
         pub(crate) enum TestKind {
         /// The ratio of the likelihoods.
         LikelihoodRatio = "likelihood ratio",
-        /// The differences and their errors from the scatter of the shots, where a robust loss
+        /// The differences and their errors from the scatter of the shots, if a robust loss
         /// leaves no likelihood (Wald).
         Wald = "Wald statistic",
     }

@@ -96,7 +96,7 @@ fn merged(problem: &Problem, columns: &[usize]) -> Problem {
     same
 }
 
-/// Returns Wald's statistic dᵀV⁻¹d of the differences d of some values from the first of them, with
+/// Returns Wald's statistic dᵀV⁻¹d of the differences d of some values from the first value, with
 /// V the covariance of d; `None` of fewer than two, or if an error is missing.
 fn wald(x: &[f64], covariance: &DMatrix<f64>) -> Option<f64> {
     let count = x.len().checked_sub(1).filter(|count| *count > 0)?;

@@ -25,7 +25,7 @@ const SAMPLES: usize = 512;
 const PHASES: usize = 16;
 
 /// Returns coordinate `k` (from 1) of the i-th of points that fill a unit cube evenly: multiples of
-/// g⁻ᵏ, where g^(d + 1) = g + 1 in d dimensions (Roberts 2018; the golden ratio in one).
+/// g⁻ᵏ with g^(d + 1) = g + 1 in d dimensions (Roberts 2018; the golden ratio in one).
 fn even(dimensions: i32, i: usize, k: i32) -> f64 {
     let g = (0..60).fold(1.0_f64, |g, _| (1.0 + g).powf(1.0 / f64::from(dimensions + 1)));
     (0.5 + i as f64 * g.powi(-k)).fract()
@@ -59,7 +59,7 @@ pub(crate) fn average(
     Ok(Information::from_fn(|i, j| units[i] * sum(i, j) * units[j] / count as f64))
 }
 
-/// Returns the unknowns of a film of what is expected, and the values that are expected of them.
+/// Returns the unknowns of a film of the expected experiment, and their expected values.
 fn unknowns(expected: &Expected) -> (Vec<Unknown>, Shared) {
     let spins: Vec<Spin> = expected.kinds.iter().map(|kind| stated_spin(kind, kind.topspin[0])).collect();
     let mut dataset = Dataset::new("design", expected.ball, Vec::new());

@@ -27,7 +27,7 @@ pub(crate) use plan::Mixture;
 /// Number of shots at one cut angle and speed that are compared.
 const COMPARED: f64 = 40.0;
 
-/// A planned experiment and the standard errors that are wanted of it: a SPEC.toml.
+/// A planned experiment and its wanted standard errors: a SPEC.toml.
 #[derive(Clone, Debug)]
 pub struct Expected {
     /// The coefficients that are expected.
@@ -199,7 +199,7 @@ pub struct Design {
     pub(crate) cells: Vec<Cell>,
     /// All planned shots together.
     pub(crate) planned: Planned,
-    /// The fewest shots of each kind for each wanted standard error, and for all of them.
+    /// The fewest shots of each kind for each wanted standard error, and for all together.
     pub(crate) mixtures: Vec<Mixture>,
     /// The conclusions, in sentences.
     pub(crate) words: Vec<String>,
@@ -329,7 +329,7 @@ pub(crate) fn speeds([slow, fast]: [f64; 2]) -> Vec<f64> {
     if slow == fast { vec![slow] } else { vec![slow, (slow * fast).sqrt(), fast] }
 }
 
-/// Returns cut angles from end to end, about 10° apart.
+/// Returns cut angles from end to end, in steps of about 10°.
 fn cuts([from, to]: [f64; 2]) -> Vec<f64> {
     if from == to {
         return vec![from];

@@ -42,7 +42,7 @@ pub(super) fn needed(information: &Information, wanted: &[Option<f64>; 3]) -> Op
     Some(fewest_shots(std::slice::from_ref(information), wanted)?.iter().map(|(_, shots)| shots).sum())
 }
 
-/// Returns the mixtures for each wanted parameter, and for all of them that are determined at all.
+/// Returns the mixtures for each wanted parameter, and for all wanted ones that are determined.
 pub(super) fn mixtures(expected: &Expected, kinds: &[OfKind]) -> Vec<Mixture> {
     let informations: Vec<Information> = kinds.iter().map(|kind| kind.information).collect();
     let errors = std_errors(&informations.iter().sum());
@@ -86,7 +86,7 @@ fn fewest_shots(informations: &[Information], wanted: &[Option<f64>; 3]) -> Opti
 /// V_jj ≤ t_j with V⁻¹ = Σ n_k I_k + prior; `None` without such numbers.
 ///
 /// There, λ_j ≥ 0 exist with Σ_j λ_j (V I_k V)_jj = 1 for all n_k > 0 and at most 1 for the others,
-/// λ_j = 0 where V_jj < t_j. Each n_k is multiplied by the root of that sum and each λ_j by the
+/// λ_j = 0 if V_jj < t_j. Each n_k is multiplied by the root of its sum and each λ_j by the
 /// root of V_jj/t_j until both hold (multiplicative algorithm: Silvey, Titterington and Torsney
 /// 1978, Commun. Stat. A 7, 1379).
 fn least_shots(informations: &[Information], wanted: &[Option<f64>; 3]) -> Option<Vec<f64>> {

@@ -150,12 +150,12 @@ pub struct ExtractedDiscs {
     pub dataset: Dataset,
     /// The shots with an impact.
     pub shots: Vec<(TrackShot, DiscImpact)>,
-    /// The camera that the discs calibrate; `None` if there is no impact.
+    /// The camera that the discs calibrate; `None` without an impact.
     pub camera: Option<FoundCamera>,
 }
 
 /// Measures the impacts of a film of discs: e, J_t/J_n, spins and balance of momentum of each shot
-/// may be any, and all shots share the camera. Other data sets have none.
+/// may be any, and all shots share the camera. Other data sets yield no impacts.
 pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
     let MeasuredDiscs { solution, impacts } = match measure_discs(&dataset, &Policy::default()) {
         Ok(measured) => measured,

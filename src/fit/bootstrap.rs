@@ -93,7 +93,7 @@ fn summary(parameter: Parameter, sorted: &[f64], estimate: f64, jackknife: &[f64
     let (below, ties) = sorted.iter().fold((0.0, 0.0), |(below, ties), v| {
         (below + f64::from(u8::from(*v < estimate)), ties + f64::from(u8::from(*v == estimate)))
     });
-    // if all lie on one side, there is no correction
+    // if all lie on one side, the correction would be infinite
     let part = ((below + 0.5 * ties) / n).clamp(0.5 / n, 1.0 - 0.5 / n);
     let z0 = normal.inverse_cdf(part);
     let centre = jackknife.iter().sum::<f64>() / jackknife.len().max(1) as f64;

@@ -28,7 +28,7 @@ pub struct FoundCamera {
     /// Its corrections that were free.
     pub(crate) corrections: Vec<FoundCorrection>,
     /// The factor by which all lengths were multiplied before the fit, the unit of the film in m; 1
-    /// where the stated one was right to a tenth.
+    /// if the stated one was right to a tenth.
     pub(crate) unit: f64,
     /// How many shots it was found from.
     pub(crate) shots: usize,

@@ -225,7 +225,7 @@ impl Fit {
         ))
     }
 
-    /// Returns, of discs, that J_t/J_n does not follow the slip as it should. e is free of it.
+    /// Returns, of discs, that J_t/J_n does not follow the slip as it should. e is not affected.
     fn refuted_friction(&self) -> Option<String> {
         self.scatter?;
         let is_of_friction =

@@ -14,14 +14,14 @@ pub(super) const DIFFERS: f64 = 0.2;
 /// Part of the shots that have the same spin, so that one word states it.
 const MIN_ALIKE_PART: f64 = 0.75;
 
-/// Returns a finding as a remark, of a table if there is no film; `None` for one that stands
+/// Returns a finding as a remark, of a table if `film` is `None`; `None` for one that stands
 /// elsewhere.
 pub(super) fn remark(finding: &Finding, film: Option<&FittedFilm>) -> Option<Remark> {
     let sentence = sentence(finding, film)?;
     Some(Remark { about: About::Found(finding.clone()), severity: finding.severity(), sentence })
 }
 
-/// Returns a finding as a sentence, of a table if there is no film; `None` for one that stands
+/// Returns a finding as a sentence, of a table if `film` is `None`; `None` for one that stands
 /// elsewhere.
 pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<String> {
     let radius_and_sd = film.map_or([f64::NAN, 0.0], |film| [film.radius(), film.scale_sd]);

@@ -1,4 +1,4 @@
-//! Data set + settings → [`Fit`]: estimates, uncertainties, residuals, and what to think of them.
+//! Data set + settings → [`Fit`]: estimates, uncertainties, residuals and an assessment.
 
 mod access;
 pub(crate) mod analysis;

@@ -26,9 +26,9 @@ const LEAST_SHOTS: usize = 3;
 /// discs may be any material.
 const MOST_FRICTION: f64 = 2.0;
 
-/// Slips of a curve, whose kinks are then within a hundredth of its length, and the part by which
-/// it goes on beyond the largest slip.
+/// Number of slips of a curve, enough to place its bends within a hundredth of its length.
 const POINTS: usize = 120;
+/// Length of a curve divided by the largest slip.
 const CURVE_EXTENSION: f64 = 1.08;
 
 /// Fits films of discs.

@@ -74,7 +74,7 @@ fn fitted_with(request: &Request) -> Result<(Model, Settings), FitError> {
     Ok((model, settings))
 }
 
-/// Returns the fit without what is to be said of it.
+/// Returns the fit without its remarks.
 fn build(fitted: &Fitted, film: &FittedFilm) -> Fit {
     let solution = &film.solution;
     let estimates: Vec<Estimate> = fitted.parameters().iter().map(|p| estimate(fitted, *p)).collect();

@@ -50,7 +50,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
 }
 
 impl OfRows<'_> {
-    /// Returns the fit without what is to be said of it.
+    /// Returns the fit without its remarks.
     fn fit(&self) -> Fit {
         let RowsFit { solution, as_free, .. } = &self.rows;
         let mut estimates = self.rows.estimates.clone();

@@ -31,7 +31,7 @@ pub struct Options {
     pub depth: Depth,
     /// How outlying shots count; `None`: as the data set states.
     pub loss: Option<Loss>,
-    /// How many samples of shots are drawn and fitted for intervals of the bootstrap; 0 for none.
+    /// Number of samples of shots drawn and fitted for bootstrap intervals; 0 for no bootstrap.
     pub bootstrap: usize,
     /// The seed of all random numbers.
     pub seed: u64,
@@ -74,14 +74,14 @@ impl Falling {
 pub enum Depth {
     /// Estimates, errors from the curvature of χ², and tests of the residuals.
     Estimates,
-    /// Also the profiles of χ² for the intervals, which takes some ten times as long.
+    /// Estimates and the profiles of χ² for the intervals: some ten times as long.
     Intervals,
-    /// Also confidence regions of pairs of parameters: some hundred times as long.
+    /// Intervals and confidence regions of pairs of parameters: some hundred times as long.
     Everything,
 }
 
 impl Options {
-    /// Returns the faults of these choices, each with its name, its value and what was expected. A
+    /// Returns the faults of the choices, each with its name, its value and what was expected. A
     /// fit refuses them.
     pub fn faults(&self) -> Vec<String> {
         let mut faults = Vec::new();

@@ -1,6 +1,6 @@
 //! Whether the data refute the model, and what they then still say.
 //!
-//! Standard errors hold if the model does. Where χ² rules the model out they are not given; what
+//! Standard errors hold if the model does. If χ² rules the model out they are not given; what
 //! needs no model of the friction, the ratio of the normal velocities, is given in their place.
 
 use nalgebra::DVector;

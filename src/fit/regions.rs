@@ -1,5 +1,5 @@
-//! Confidence regions of pairs of parameters: where χ², least over the others, is so far above its
-//! minimum, beside the ellipse that its curvature says.
+//! Confidence regions of pairs of parameters: contours of χ², minimised over the others, at a given
+//! rise above its minimum, beside the ellipse of its curvature.
 
 use std::f64::consts::TAU;
 
@@ -41,7 +41,7 @@ pub(crate) struct Level {
     /// Points of the closed edge, within the bounds: values of the first and of the second
     /// parameter.
     pub(crate) edge: Vec<[f64; 2]>,
-    /// The same region if χ² were the parabola that it is at the minimum.
+    /// The edge of the region if χ² were the parabola that it is at the minimum.
     #[serde(skip)]
     pub(crate) ellipse: Vec<[f64; 2]>,
 }

@@ -21,7 +21,7 @@ use crate::problem::{DiscImpact, Id, Solution};
 
 /// The result of one fit: a value, which `report` renders.
 ///
-/// With the feature `report` it is `serde::Serialize`, as fit.json: `serde_json::to_string(&fit)`
+/// The feature `report` makes it `serde::Serialize`, as fit.json: `serde_json::to_string(&fit)`
 /// has the keys that `caromfit schema fit` describes, with the digits that mean something.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -260,7 +260,7 @@ pub(crate) struct Noise {
     /// Root mean square of the raw residuals, SI and radians.
     pub(crate) rms: f64,
     /// The standard deviation that was estimated from the residuals, SI and radians, if the data
-    /// give none; `None` if they do.
+    /// do not state it; `None` if they do.
     pub(crate) estimated_sd: Option<f64>,
     /// The standard deviation of the rounding of the readings, SI and radians, if it stands for the
     /// noise, since the residuals are smaller.
@@ -302,7 +302,7 @@ pub(crate) struct Residual {
     /// The value that the model predicts.
     pub(crate) predicted: f64,
     /// The standard deviation of the observation, with what the uncertain state before the impact
-    /// adds; NaN where none can be stated, as with noise that is estimated from the residuals
+    /// adds; NaN if it cannot be stated, as with noise that is estimated from the residuals
     /// without a degree of freedom.
     pub(crate) sd: f64,
     /// (measured − predicted) / sd.

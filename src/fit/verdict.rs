@@ -35,9 +35,9 @@ written_by_name!(Grade);
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Verdict {
     /// good: no test contradicts the numbers; doubtful: they stand, with one reservation; unusable:
-    /// there is no number to use.
+    /// the numbers cannot be used.
     pub grade: Grade,
-    /// The reason: what is determined, the one reason for doubt, or why there is nothing to use.
+    /// The reason: what is determined, the one reason for doubt, or why the numbers cannot be used.
     pub sentence: String,
 }
 
@@ -150,7 +150,7 @@ mod tests {
     }
 
     /// Doubts that searches of simulated shots seldom raise, the most harmful last: each is said
-    /// whatever stands beside it.
+    /// whichever others stand beside it.
     #[test]
     fn the_most_harmful_doubt_is_said_first() {
         let spec = "name = \"a\"\nkind = \"angles\"\nseed = 1\ntruth = { mu = 0.05, mu_s = 0.3, e = 0.94 }\n\

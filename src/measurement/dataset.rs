@@ -112,7 +112,7 @@ impl Dataset {
         settings
     }
 
-    /// Returns the names of its shots, of footage also of those that were filmed, in their order.
+    /// Returns the names of the filmed shots, if any, then of the measured shots, in their order.
     pub fn names(&self) -> Vec<&str> {
         let filmed = self.tracks.iter().flat_map(|tracks| &tracks.shots).map(|shot| shot.name.as_str());
         filmed.chain(self.shots.iter().map(|shot| shot.name.as_str())).collect()
@@ -255,7 +255,7 @@ pub enum Before {
     },
     /// The motion of kind `angles`.
     Angle {
-        /// The cut angle in radians, positive where the cue ball moves towards +y of the collision
+        /// The cut angle in radians, positive if the cue ball moves towards +y of the collision
         /// frame.
         cut: Measured,
         /// The speed in m/s, if it is known.

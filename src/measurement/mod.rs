@@ -1,4 +1,4 @@
-//! Measurements and what is asked of them, as values: shots, tracks, observables, parameters.
+//! Measurements and the quantities asked for, as values: shots, tracks, observables, parameters.
 pub mod correction;
 pub mod dataset;
 pub mod fault;

@@ -15,7 +15,7 @@ worded! {
         MuS = "mu_s" | "μ_s" | "friction of the cloth on the object ball during the impact",
         /// e, energetic coefficient of restitution; the e₀ of e(v) = e₀ − e₁v.
         E = "e" | "e" | "coefficient of restitution between the balls",
-        /// b, by how much μ is larger where the slip ends than at high speed.
+        /// b, the excess of μ at the end of the slip over μ at high speed.
         B =
             "mu_b" | "b" |
             "friction between the balls decreases with their slip v as μ + b·exp(−c·v): how far, no unit",
@@ -44,7 +44,7 @@ impl Parameter {
     /// The parameters that every fit has: the first of [`Parameter::ALL`].
     pub const COEFFICIENTS: [Self; 3] = [Self::Mu, Self::MuS, Self::E];
 
-    /// Returns whether it is a ratio of the balls, with what is stated of them as its prior.
+    /// Returns whether it is a ratio of the balls, with the stated balls as its prior.
     pub fn is_of_balls(self) -> bool {
         matches!(self, Self::MassRatio | Self::RadiusRatio)
     }

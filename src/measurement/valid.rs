@@ -87,7 +87,7 @@ fn faults_of_film(shot: &TrackShot) -> Vec<String> {
     with_place(&shot.name, &shot.file, shot.line, faults)
 }
 
-/// Returns faults behind the name of their shot, and the place where it was read.
+/// Returns faults behind the name of their shot, and the file and line that it was read from.
 fn with_place(shot: &str, file: &Path, line: usize, faults: Vec<String>) -> Vec<String> {
     let place = if line > 0 { format!(" ({}:{line})", file.display()) } else { String::new() };
     faults.into_iter().map(|fault| format!("shot {shot}{place}: {fault}")).collect()

@@ -92,7 +92,7 @@ fn hold_active(
         })
         .filter(|limit| limit.size.is_finite())
         .collect();
-    // rows of order 1: ± y/b ≤ 1 where b > 1
+    // rows of order 1: ± y/b ≤ 1 if b > 1
     let weight = |limit: &Limit| 1.0 / limit.size.max(1.0);
     let rows = CscMatrix::new_from_triplets(
         limits.len(),

@@ -1,9 +1,9 @@
 //! Least squares by Levenberg and Marquardt's descent, as a solver of argmin's.
 //!
-//! - Moré, J. J. (1978). The Levenberg–Marquardt algorithm: implementation and theory. Lecture Notes
-//!   in Mathematics 630, 105–116.
-//! - Nielsen, H. B. (1999). Damping parameter in Marquardt's method. Technical University of Denmark,
-//!   report IMM-REP-1999-05.
+//! - Moré, J. J. (1978). The Levenberg–Marquardt algorithm: implementation and theory. Lecture
+//!   Notes in Mathematics 630, 105–116.
+//! - Nielsen, H. B. (1999). Damping parameter in Marquardt's method. Technical University of
+//!   Denmark, report IMM-REP-1999-05.
 
 use std::sync::Arc;
 
@@ -57,8 +57,8 @@ pub trait SumOfSquares {
     /// Returns how much of the sum is rounding.
     fn rounding(&self, at: &Self::Evaluation) -> f64;
 
-    /// Returns the step to the least value of the quadratic approximation within the bounds, where
-    /// `damping` adds to the diagonal of its normal equations; `None` if they cannot be solved.
+    /// Returns the step to the least value of the quadratic approximation within the bounds, with
+    /// `damping` added to the diagonal of its normal equations; `None` if they cannot be solved.
     fn step(&self, at: &Self::Evaluation, damping: f64) -> Option<Step<Self::State>>;
 }
 
@@ -141,7 +141,7 @@ struct Marquardt {
 }
 
 impl Marquardt {
-    /// Returns the next step; `None` with `converged` if no step is left. Where the
+    /// Returns the next step; `None` with `converged` if no step is left. If the
     /// gain of a step would be lost in rounding, one with less damping takes its place.
     fn propose<S: SumOfSquares>(&mut self, squares: &S, at: &S::Evaluation) -> Option<Step<S::State>> {
         let (sum, rounding) = (squares.sum(at), squares.rounding(at));

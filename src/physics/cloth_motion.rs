@@ -10,7 +10,7 @@
 //! use caromfit::physics::ball::{Ball, BallState};
 //! use caromfit::physics::cloth_motion::{Cloth, Path};
 //!
-//! // a ball without spin slips on the cloth with its own speed, slides, and rolls with 5/7 of it
+//! // a ball without spin slips on the cloth with its own speed v, slides, and rolls with 5v/7
 //! let cloth = Cloth { rolling: 0.0, ..Cloth::default() };
 //! let state = BallState::stun([1.4, 0.0, 0.0].into());
 //! let path = Path::after(&state, &Ball::POOL, [0.0; 2], 0.0, &cloth);

@@ -12,6 +12,6 @@ pub struct Discs {
     pub masses: Option<[f64; 2]>,
     /// ν of both discs, the moment of inertia over MR².
     pub inertia: f64,
-    /// Whether the frame rate is known. Where it is not, all times are in frames.
+    /// Whether the frame rate is known. If it is not, all times are in frames.
     pub in_seconds: bool,
 }

@@ -6,7 +6,7 @@ pub enum Law {
     /// μ is the same at every slip.
     #[default]
     Constant,
-    /// μ(v) = μ + b exp(−c v), with v in m/s: μ at a large slip, μ + b where the slip ends (D.
+    /// μ(v) = μ + b exp(−c v), with v in m/s: μ at a large slip, μ + b at the end of the slip (D.
     /// Alciatore, TP A-14, fitted to W. Marlow's measurements).
     Exponential {
         /// The additional friction without slip, dimensionless.

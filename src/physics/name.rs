@@ -59,7 +59,7 @@ macro_rules! worded {
             const TEXTS: [[&str; COLUMNS]; $thing::ALL.len()] = [$([$($text),+]),+];
 
             impl $thing {
-                /// All of them, in this order.
+                /// All variants, in this order.
                 $vis const ALL: [Self; [$(stringify!($variant)),+].len()] = [$(Self::$variant),+];
 
                 $(

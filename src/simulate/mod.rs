@@ -70,7 +70,7 @@ pub fn generate(spec: &Spec) -> Result<Vec<(&'static str, String)>, SynthError> 
 /// Makes the files as [`generate`] with another collision model, but its own balls and contact.
 ///
 /// # Errors
-/// As [`generate`]; or only the model's contact is rigid along its surface.
+/// Those of [`generate`]; or only the model's contact is rigid along its surface.
 pub fn generate_with(spec: &Spec, model: &Model) -> Result<Vec<(&'static str, String)>, SynthError> {
     let mut maker = Maker::new(spec, model)?;
     if let Some(kappa) = spec.truth.kappa.filter(|kappa| *kappa != 0.0)
@@ -114,7 +114,7 @@ pub fn dataset(spec: &Spec) -> Result<Dataset, SynthError> {
 /// Returns the shots of a specification of kind `tracks` as a camera sees them, with the truth.
 ///
 /// # Errors
-/// As [`generate`].
+/// Those of [`generate`].
 pub fn filmed(spec: &Spec) -> Result<Vec<(TrackShot, TrueImpact)>, SynthError> {
     Maker::new(spec, &spec.usual_model())?.tracks()
 }

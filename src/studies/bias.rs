@@ -1,5 +1,5 @@
-//! The bias of fits with each fidelity, of data without noise that [`Fidelity::Contact`] computes
-//! with all effects: the deviation of the estimates from the truth, in standard errors.
+//! The bias of fits with each fidelity, of data without noise that [`Fidelity::Contact`]
+//! computes with all effects: the deviation of the estimates from the truth, in standard errors.
 
 use std::time::Instant;
 

@@ -15,8 +15,8 @@
 //! ```
 //!
 //! κ = (2 − σ)/2(1 − σ) with Poisson's ratio σ (Walton & Braun 1986; Thornton, Cummins & Cleary
-//! 2013). Friction turns to the slip at the rate ρ = 3ε|v|/(κμR). Where that is faster than all
-//! else, it lags behind the slip's direction α by α'/ρ − (α'/ρ)'/ρ.
+//! 2013). Friction turns to the slip at the rate ρ = 3ε|v|/(κμR). If that is faster than all else,
+//! it lags behind the slip's direction α by α'/ρ − (α'/ρ)'/ρ.
 //!
 //! The state is the impulse until now, per unit of the object ball's mass: impulses q, J of the
 //! balls and C, O of the cloth on each ball, vertical velocities and heights. A ball leaves a cloth
@@ -24,7 +24,7 @@
 //!
 //! A rigid contact needs no time: dq = ε|v|μ₀/μ(|v|) ds, μ₀ the friction at first contact, dJ/ds =
 //! −εμ₀v. R is replaced by the energy of the normal force over ε², dE/ds = −v_x/ε² dq/ds. It
-//! sticks where the slip that is left makes no difference; from there on dq = ε ds.
+//! sticks once the slip that is left makes no difference; from there on dq = ε ds.
 
 mod modes;
 

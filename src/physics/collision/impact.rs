@@ -1,5 +1,5 @@
-//! From the inputs of a shot to the numbers of its impact, and from the impulses back to both
-//! balls: the same lines for plain numbers and for numbers with derivatives.
+//! Conversion of the inputs of a shot to the numbers of its impact, and of the impulses back to
+//! both balls: the same lines for plain numbers and for numbers with derivatives.
 //!
 //! All impulses are per unit of the object ball's mass, r = m_cue/m_object (Kim 2024, Eqs. 10–16
 //! and 42–49; unequal balls beyond the paper). Radii R_c and R_o that differ tilt the line of
@@ -215,7 +215,7 @@ pub(super) fn components<D: Number>(values: &Values<D>, model: &Model, impulses:
     ]
 }
 
-/// Completes derivatives: e = e₀ − e₁k, and where the cloth does not act on the cue ball (`plain`)
+/// Completes derivatives: e = e₀ − e₁k, and if the cloth does not act on the cue ball (`plain`)
 /// only U_y + Rω_z counts, no spin about the line of centres.
 pub(super) fn complete(by: &mut Jacobian, values: &Values<f64>, model: &Model, plain: bool) {
     if plain {

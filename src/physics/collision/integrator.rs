@@ -2,7 +2,7 @@
 //! Appl. Math. 6, 19 (1980)), with events and with steps that can be repeated.
 //!
 //! Derivatives of an outcome come from repeating the recorded steps with inputs changed a little,
-//! each event met where it then is: their differences are smooth (Bock 1981).
+//! each event met at its new place: their differences are smooth (Bock 1981).
 
 use nalgebra::SVector;
 

@@ -152,7 +152,7 @@ pub struct Model {
     /// stiffness of the contact, dimensionless. 0, rigid along the surface, is not for `contact`.
     pub kappa: f64,
     /// Used by `ode` and `contact`: the error of each step relative to the closing speed k. The
-    /// outcome's error is of that order.
+    /// outcome's error is of the same order.
     pub tolerance: f64,
     /// Used by `contact`: the friction of the cloth on the cue ball μ_k, dimensionless.
     pub mu_k: f64,

@@ -25,7 +25,7 @@ impl Model {
     pub const KAPPA: f64 = kappa(POISSON);
 
     /// Returns a model of equal balls with constant friction and restitution and all effects of the
-    /// fidelity, rigid along the surface but for `contact`, where κ is that of phenolic resin.
+    /// fidelity, rigid along the surface but for `contact`, whose κ is that of phenolic resin.
     #[must_use]
     pub fn new(fidelity: Fidelity, ball: Ball) -> Self {
         Self {
@@ -137,7 +137,7 @@ impl Model {
     /// rest; it has any length, as the difference of the positions.
     ///
     /// # Errors
-    /// As [`Model::collide`]; also a line of centres without a direction.
+    /// Those of [`Model::collide`]; also a line of centres without a direction.
     pub fn collide_on_table(
         &self,
         line_of_centres: [f64; 2],
@@ -163,7 +163,7 @@ impl Model {
     /// they are those of the side that the outcome is on; those by inputs without effect are 0.
     ///
     /// # Errors
-    /// As [`Model::collide`].
+    /// Those of [`Model::collide`].
     pub fn collide_with_jacobian(
         &self,
         cue: &BallState,

@@ -64,7 +64,7 @@ worded! {
         SpinZ = "omega_z",
         /// b of a friction that decreases with the slip, μ(v) = μ + b exp(−c v), dimensionless.
         B = "mu_b",
-        /// c of that friction, s/m.
+        /// c of μ(v) = μ + b exp(−c v), s/m.
         C = "mu_c",
         /// The tangential compliance κ, dimensionless.
         Kappa = "kappa",

@@ -1,5 +1,5 @@
-//! Coulomb friction between rigid balls, followed exactly through the impact (Kim 2024, Eqs. 10–37,
-//! with the sign of the cloth's torque corrected).
+//! Coulomb friction between rigid balls, followed exactly through the impact (Kim 2024, Eqs.
+//! 10–37, with the sign of the cloth's torque corrected).
 //!
 //! Progress s is counted with dq = |v| μ₀/μ(|v|) ds, μ₀ the friction at first contact. Both
 //! components of the slip then decay by themselves, friction that decreases with the slip included:
@@ -11,7 +11,7 @@
 //! J_y = −v_y0 (1 − e^(−λ_y s))/2β_y                     J_z likewise
 //! ```
 //!
-//! Compression ends at v_x = 0, restitution where W = (1 − e²)W_c; a contact whose slip has decayed
+//! Compression ends at v_x = 0, restitution at W = (1 − e²)W_c; a contact whose slip has decayed
 //! before sticks, and the rest is a quadratic in q. No case is singular: μ = 0, v_y0 = 0 and
 //! v_z0 = 0 are ordinary. Restitution is solved as an impact of its own from the slip that is left,
 //! so that a small e keeps its digits. Derivatives are those of one step of Newton's method.
@@ -120,7 +120,7 @@ impl<D: Number> Phase<D> {
         (at.q * self.n * 0.5 - self.k) * at.q - self.cloth * at.i
     }
 
-    /// Returns the end of the phase from a place where the slip has decayed: v_x grows by N per q.
+    /// Returns the end of the phase from a place whose slip has decayed: v_x grows by N per q.
     fn stick(&self, at: Place<D>) -> Place<D> {
         let stuck = Place { stopped: [D::from(1.0); 2], ..at };
         let v_x = self.v_x(&stuck);

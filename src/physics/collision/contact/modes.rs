@@ -64,8 +64,8 @@ impl Shot {
         v * (-self.friction(speed) / speed.max(f64::MIN_POSITIVE))
     }
 
-    /// The angle by which friction that follows the slip lags behind it to first order, and the
-    /// next order's part of it.
+    /// Returns the angle by which friction that follows the slip lags behind it to first order,
+    /// and its part of the next order.
     #[inline(always)]
     fn lag(&self, mode: &Mode, y: &State, v: Pair) -> [f64; 2] {
         let ([stretch, _], speed) = (self.phase(mode), v.norm());
@@ -108,7 +108,7 @@ impl Shot {
     /// The mode for the next step, and the longest step that is stable.
     pub fn prepare(&self, mode: &Mode, y: &State) -> (Mode, f64) {
         if self.is_rigid {
-            // to where the impulse would be that of the whole impact
+            // until the impulse would be that of the whole impact
             let whole = 1.0 / (self.pace(mode, y)[0] * (1.0 + self.per_r));
             let lever = (1.0 + self.per_r) + self.per_r * self.per_nu[0] + self.per_nu[1];
             return (*mode, whole.min(STABLE / (self.phase(mode)[0] * self.first * lever)));

@@ -7,7 +7,7 @@ impl<const N: usize> Slide<Dual<N>> {
         Slide { rates: self.rates.map(|x| x.re), falls: self.falls.map(|law| law.map(|x| x.re)) }
     }
 
-    /// Returns the place where `phase` ends, by a step of Newton's from its real part.
+    /// Returns the place of the end of `phase`, by a step of Newton's from its real part.
     pub fn end_near(&self, phase: &Phase<Dual<N>>, at: &Place<Dual<N>>) -> Place<Dual<N>> {
         let real = self.real();
         let left = at.stopped.map(|stopped| 1.0 - stopped.re);
