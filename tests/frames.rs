@@ -130,7 +130,7 @@ fn the_residuals_of_frames_are_what_chi2_is_of() {
     let json = part(&fit, "");
     assert_eq!(
         (&json["counted"], &json["goodness"]["counted"]),
-        (&"coordinates".into(), &"velocities".into())
+        (&"coordinates".into(), &"coordinates".into())
     );
     let out = tempfile::tempdir().unwrap();
     report::write(&[fit], out.path()).unwrap();

@@ -135,7 +135,11 @@ impl Fitted<'_> {
         };
         let influential_from = self.influential_from(standardized.len() as f64);
         Goodness {
-            counted: Counted::of(self.deviations.iter().flatten().flat_map(|found| &found.observables)),
+            counted: if self.solution.problem.film().is_some() {
+                Counted::Coordinates
+            } else {
+                Counted::of(self.deviations.iter().flatten().flat_map(|found| &found.observables))
+            },
             chi2,
             dof: dof as usize,
             noise_is_stated: is_stated,

@@ -55,15 +55,10 @@ impl Fit {
         })
     }
 
-    /// The kind of the numbers that `chi2` and `dof` count.
+    /// The kind of the numbers that `chi2`, `dof` and [`super::Goodness`] count.
     pub(crate) fn counted(&self) -> Counted {
-        let is_film = self.frames.is_some() || self.camera.is_some();
-        if is_film { Counted::Coordinates } else { self.tested() }
-    }
-
-    /// The kind of the numbers that `residuals` lists and [`super::Goodness`] tests.
-    pub(crate) fn tested(&self) -> Counted {
-        Counted::of(self.residuals.iter().map(|residual| &residual.observable))
+        let observables = self.residuals.iter().map(|residual| &residual.observable);
+        if self.frames.is_some() { Counted::Coordinates } else { Counted::of(observables) }
     }
 
     /// How the data were fitted, as in fit.json: all frames at once, or measured impacts and angles

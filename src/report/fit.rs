@@ -5,7 +5,7 @@ use super::document::FitDocument;
 use super::plot;
 use super::shots::{shot_list, tracks};
 use super::terminal::{cells, estimate, parameters, table, unknowns, with_unit};
-use super::{ReportError, bodies, budgets, chi2_of, chi2_words, model, p_text, symbol, title};
+use super::{ReportError, bodies, budgets, chi2_words, model, p_text, symbol, title};
 use crate::fit::{Estimate, Fit, Grade, Rejected, Status, Verdict};
 use crate::measurement::number::{interval, plain};
 
@@ -160,23 +160,20 @@ fn parameter_section(fit: &Fit) -> Section {
     Section::new("Parameters", about, [Block::Table(table), Block::Lines(correlations)])
 }
 
-/// Returns χ² and its probability; of a film of balls first of the frames, then of the velocities.
-fn chi2(fit: &Fit) -> Vec<String> {
+/// Returns χ² and its probability.
+fn chi2(fit: &Fit) -> String {
     let goodness = fit.diagnostics.goodness.as_ref();
     let test = match goodness.and_then(|found| found.p_value) {
         Some(p) => format!(": {} of a larger one if model and noise are right", p_text(p)),
         None if fit.diagnostics.robust.is_some() => ": not tested, as outlying shots count less".to_owned(),
         None => ": not tested".to_owned(),
     };
-    let mut lines = vec![chi2_words(fit)];
-    let velocities = goodness.filter(|found| fit.frames.is_some() && found.dof > 0);
-    lines.extend(velocities.map(|found| chi2_of(fit.tested(), found.chi2, found.dof, false)));
-    lines.into_iter().map(|line| line + if fit.dof > 0 { &test } else { "" }).collect()
+    chi2_words(fit) + if fit.dof > 0 { &test } else { "" }
 }
 
 /// Returns what tests say of the residuals: their size, trends, and their distribution.
 fn residual_tests(fit: &Fit, document: &FitDocument) -> Section {
-    let mut lines = chi2(fit);
+    let mut lines = vec![chi2(fit)];
     if let Some(found) = &fit.diagnostics.goodness {
         let significant = found.trends.iter().filter(|trend| trend.significant);
         let significant: Vec<String> = significant.map(|trend| trend.words.clone()).collect();
