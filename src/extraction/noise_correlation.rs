@@ -38,7 +38,7 @@ const MIN_FREEDOM: usize = 100;
 const MAX_NOISE_RATIO: f64 = 3.0;
 
 /// Step between the correlations that are tried, and their number.
-const RHO_STEP: f64 = 0.02;
+const GRID_STEP: f64 = 0.02;
 const TRIED: usize = 49;
 
 /// Least decrease of −2 ln L at which the correlation is adopted, and least correlation: a smaller
@@ -64,13 +64,13 @@ pub(crate) fn noise_correlation(shots: &[TrackShot]) -> Option<Measured> {
         let value = numbers as f64 * square.ln() + of_determinants;
         if value.is_nan() { f64::INFINITY } else { value }
     };
-    let values: Vec<f64> = (0..TRIED).map(|i| minus_two_ln_l(i as f64 * RHO_STEP)).collect();
+    let values: Vec<f64> = (0..TRIED).map(|i| minus_two_ln_l(i as f64 * GRID_STEP)).collect();
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     // mean and standard deviation by L, with a uniform prior of ρ: short paths do not separate high
     // correlations, and the likeliest may be the highest
     let moment = |power: i32| -> f64 {
         let likelihoods = values.iter().map(|value| (0.5 * (least - value)).exp());
-        likelihoods.enumerate().map(|(i, likelihood)| likelihood * (i as f64 * RHO_STEP).powi(power)).sum()
+        likelihoods.enumerate().map(|(i, likelihood)| likelihood * (i as f64 * GRID_STEP).powi(power)).sum()
     };
     let mean = moment(1) / moment(0);
     let sd = (moment(2) / moment(0) - mean * mean).max(0.0).sqrt();
@@ -144,7 +144,7 @@ mod tests {
             let found = noise_correlation(&shots);
             assert_eq!(found.is_some(), rho > 0.0, "{rho}: {found:?}");
             let Some(Measured { value, sd: Some(sd) }) = found else { continue };
-            assert!(sd < 0.06 && (value - rho).abs() < 3.0 * sd.max(RHO_STEP), "{rho}: {value} ± {sd}");
+            assert!(sd < 0.06 && (value - rho).abs() < 3.0 * sd.max(GRID_STEP), "{rho}: {value} ± {sd}");
         }
     }
 }

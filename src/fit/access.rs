@@ -28,8 +28,8 @@ impl Fit {
         self.chi2
     }
 
-    /// Returns −2 log L of the minimum: of films and of noise that is estimated the number that is
-    /// minimised.
+    /// Returns −2 log L at the minimum up to a constant, greatest over the noises that are not
+    /// stated.
     pub fn minus_two_log(&self) -> f64 {
         self.solution.minus_two_log().0
     }
