@@ -65,7 +65,7 @@ impl Calibration {
         }
         self.homography = Some(map);
         let square = |point: &Point| {
-            let [x, y] = self.metres(point.px[0], point.px[1]);
+            let [x, y] = self.metres(point.px);
             (x - point.m[0]).powi(2) + (y - point.m[1]).powi(2)
         };
         let rms = (points.iter().map(square).sum::<f64>() / count as f64).sqrt() * 1e3;
@@ -73,7 +73,7 @@ impl Calibration {
         Ok(format!("homography from {count} points, residual {rms:.3} mm{exact}"))
     }
 
-    pub(super) fn metres(&self, x: f64, y: f64) -> [f64; 2] {
+    pub(super) fn metres(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (factor, divisor) = self.scale;
         match &self.homography {
             None if self.is_up => [factor * x / divisor, factor * y / divisor],
@@ -86,7 +86,7 @@ impl Calibration {
     }
 
     /// Returns standard deviations in metres at a position; arguments are in the file's unit.
-    pub(super) fn sd(&self, x: f64, y: f64, sd: [f64; 2]) -> [f64; 2] {
+    pub(super) fn sd(&self, [x, y]: [f64; 2], sd: [f64; 2]) -> [f64; 2] {
         let (factor, divisor) = self.scale;
         let Some(map) = &self.homography else { return sd.map(|sd| factor * sd / divisor) };
         let p = map * Vector3::new(x, y, 1.0);

@@ -1,6 +1,7 @@
 //! Times of clocks: h:mm:ss.fff, perhaps after a date, h:mm:ss:cs, and time codes h:mm:ss:ff.
 
-use super::raw::{RawTrack, middle, sorted};
+use super::raw::{RawShot, sorted};
+use crate::numerics::median;
 
 /// Notation of a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,24 +73,23 @@ fn without_date(cell: &str) -> (&str, bool) {
 
 /// Converts times h:mm:ss:ff to numbers of frames, and returns the frame rate. `None`, without
 /// changes, for hundredths: frames begin again at a film's rate when a second is full.
-pub(super) fn count_frames(tracks: &mut [&mut RawTrack]) -> Option<f64> {
+pub(super) fn count_frames(shots: &mut [RawShot]) -> Option<f64> {
     let split = |time: f64| {
         let whole = (time + 1e-6).floor();
         (whole, (100.0 * (time - whole)).round())
     };
-    let times = tracks.iter().flat_map(|track| &track.rows).map(|row| row.time);
-    let mut times = sorted(times.filter(|time| time.is_finite()));
+    let mut times = sorted(shots.iter().flat_map(|shot| shot.times.iter().copied()));
     times.dedup();
     let parts: Vec<(f64, f64)> = times.iter().map(|time| split(*time)).collect();
     let last = parts.iter().map(|(_, frame)| *frame).fold(0.0, f64::max);
     let full: Vec<_> = parts.windows(2).filter(|two| two[1].0 == two[0].0 + 1.0).collect();
     let within = parts.windows(2).filter(|two| two[1].0 == two[0].0).map(|two| two[1].1 - two[0].1);
-    let step = middle(within).filter(|_| !full.is_empty())?;
+    let step = Some(median(within.collect())).filter(|step| step.is_finite() && !full.is_empty())?;
     let follows = |rate: f64| full.iter().all(|two| rate + two[1].1 - two[0].1 == step);
     let rate = CODE_RATES.into_iter().find(|rate| *rate > last && follows(*rate))?;
-    for row in tracks.iter_mut().flat_map(|track| &mut track.rows) {
-        let (whole, frame) = split(row.time);
-        row.time = rate * whole + frame;
+    for time in shots.iter_mut().flat_map(|shot| &mut shot.times) {
+        let (whole, frame) = split(*time);
+        *time = rate * whole + frame;
     }
     Some(rate)
 }

@@ -7,7 +7,6 @@ use super::raw::{RawShot, RawTrack, Row, span};
 use super::repair::Wrong;
 use super::settings::Names;
 use super::shots_table::Facts;
-use crate::measurement::track::Sample;
 use crate::numerics::median;
 
 /// Largest relative change of the distance of two points on one body. Points of one puck change
@@ -18,6 +17,9 @@ const MAX_CHANGE: f64 = 0.25;
 const MEDIAN_FRAMES: usize = 5;
 /// Largest relative difference of the centre's distances to markers, which are placed by hand.
 const MAX_INEQUALITY: f64 = 0.1;
+
+/// The place of a point in each frame.
+type Path = Vec<Option<[f64; 2]>>;
 
 /// Determines the names of both discs, the first to move first, unless tracks are named cue or
 /// object or name their points: each is one track, or three or more that keep their distances. The
@@ -38,7 +40,7 @@ pub(super) fn find(
     {
         return Ok(());
     }
-    let points = samples(&raw.tracks, |row| calibration.metres(row.x, row.y));
+    let points = places(raw, |row| calibration.metres(row.place));
     let groups = if points.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
     let names_of =
         |group: &Vec<usize>| -> Vec<String> { group.iter().map(|i| raw.tracks[*i].name.clone()).collect() };
@@ -53,14 +55,13 @@ pub(super) fn find(
         );
         Wrong::damaged(raw.line, message)
     })?;
-    let begin =
-        |group: &Vec<usize>| span(group.iter().filter_map(|i| beginning(&raw.tracks[*i], &raw.tracks)))[0];
+    let begin = |group: &Vec<usize>| span(group.iter().filter_map(|i| raw.beginning(&raw.tracks[*i])))[0];
     if begin(&groups[1]) < begin(&groups[0]) {
         groups.swap(0, 1);
     }
     // the centre, or points on a circle about it, and further points
     let [one, other] = groups.map(|group| {
-        let own: Vec<&[Sample]> = group.iter().map(|i| points[*i].as_slice()).collect();
+        let own: Vec<&Path> = group.iter().map(|i| &points[*i]).collect();
         let mut names = names_of(&group);
         match central(&own) {
             Some(centre) => [vec![names.remove(centre)], names],
@@ -84,34 +85,20 @@ pub(super) fn find(
     Ok(())
 }
 
-pub(super) fn are_two(tracks: &[RawTrack]) -> bool {
-    groups(&samples(tracks, Row::place)).len() == 2
+/// Returns whether the tracks are two groups of points that keep their distances.
+pub(super) fn are_two(shot: &RawShot) -> bool {
+    groups(&places(shot, |row| row.place)).len() == 2
 }
 
-fn samples(tracks: &[RawTrack], place: impl Fn(&Row) -> [f64; 2]) -> Vec<Vec<Sample>> {
-    let samples = |track: &RawTrack| {
-        let mut samples: Vec<Sample> = track.seen().map(|row| Sample::new(row.time, place(row))).collect();
-        samples.sort_by(|a, b| a.t.total_cmp(&b.t));
-        samples
-    };
-    tracks.iter().map(samples).collect()
-}
-
-/// Returns the time at which a track is a tenth of its way from its start, as a part of the time of
-/// all tracks; 1 if it stays there.
-pub(super) fn beginning(track: &RawTrack, all: &[RawTrack]) -> Option<f64> {
-    const MOVED: f64 = 0.1;
-    let [first, last] = span(all.iter().flat_map(|track| &track.rows).map(|row| row.time));
-    let origin = track.seen().next()?;
-    let way = |row: &Row| origin.distance(*row);
-    let most = track.seen().map(way).fold(0.0, f64::max);
-    let moving = track.seen().find(|row| way(row) > MOVED * most);
-    Some(moving.map_or(1.0, |row| (row.time - first) / (last - first).max(f64::MIN_POSITIVE)))
+/// Returns the places of each track in each frame; `None` in a gap.
+fn places(shot: &RawShot, place: impl Fn(&Row) -> [f64; 2]) -> Vec<Path> {
+    let place = |row: &Row| (!row.is_gap()).then(|| place(row));
+    shot.tracks.iter().map(|track| track.rows.iter().map(place).collect()).collect()
 }
 
 /// Returns the groups of three or more points of which every two keep their distance, the most
 /// rigid joined first.
-fn groups(points: &[Vec<Sample>]) -> Vec<Vec<usize>> {
+fn groups(points: &[Path]) -> Vec<Vec<usize>> {
     let count = points.len();
     let pairs = (0..count).flat_map(|i| (0..i).map(move |j| (i, j)));
     let mut rigid: Vec<(f64, usize, usize)> =
@@ -133,13 +120,13 @@ fn groups(points: &[Vec<Sample>]) -> Vec<Vec<usize>> {
     groups
 }
 
-/// Returns the distances at the times of both.
-fn distances(one: &[Sample], other: &[Sample]) -> Vec<f64> {
-    let at = |t: f64| other.get(other.partition_point(|sample| sample.t < t)).filter(|sample| sample.t == t);
-    one.iter().filter_map(|a| at(a.t).map(|b| (a.x - b.x).hypot(a.y - b.y))).collect()
+/// Returns the distances in the frames of both.
+fn distances(one: &Path, other: &Path) -> Vec<f64> {
+    let both = one.iter().zip(other).filter_map(|(one, other)| (*one).zip(*other));
+    both.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).collect()
 }
 
-fn change(one: &[Sample], other: &[Sample]) -> f64 {
+fn change(one: &Path, other: &Path) -> f64 {
     let distances = distances(one, other);
     let mut smooth: Vec<f64> =
         distances.windows(MEDIAN_FRAMES).map(|window| median(window.to_vec())).collect();
@@ -150,8 +137,8 @@ fn change(one: &[Sample], other: &[Sample]) -> f64 {
 
 /// Returns the centre of the points on a disc, whose distances to three others or more are equal;
 /// `None` if all are on a circle about it.
-fn central(points: &[&[Sample]]) -> Option<usize> {
-    let distance = |one: &[Sample], other: &[Sample]| {
+fn central(points: &[&Path]) -> Option<usize> {
+    let distance = |one: &Path, other: &Path| {
         let all = distances(one, other);
         if all.is_empty() { f64::INFINITY } else { median(all) }
     };

@@ -46,9 +46,15 @@ pub(super) fn shot(
         wrong.extend(time.err().map(|message| Wrong::input(raw.line, message)));
         wrong
     })?;
-    for other in raw.tracks.extract_if(.., |track| track.role.is_none()) {
+    let others: Vec<RawTrack> = raw.tracks.extract_if(.., |track| track.role.is_none()).collect();
+    for other in &others {
         let message = format!("the track \"{}\" is not cue or object; passed over", shortened(&other.name));
         log.add(Subject::Names, other.line(), message);
+    }
+    if !others.is_empty() {
+        // without the frames that only they have
+        let rows = raw.written();
+        raw = raw.on_grid(rows);
     }
     raw.tracks.sort_by_key(|track| track.role);
     of_balls(raw, facts, settings, &calibration, log).map_err(|wrong| vec![wrong])
@@ -63,32 +69,32 @@ fn of_balls(
 ) -> Result<TrackShot, Wrong> {
     let fps = time::convert(&mut raw, facts.capture_fps, settings, log);
     let fps = fps.map_err(|message| Wrong::input(raw.line, message))?;
-    repair::put_on_grid(&mut raw.tracks, log)?;
-    repair::remove_outliers(&mut raw.tracks, log);
+    repair::unite_frames(&mut raw, log)?;
     let mut centres = [0, 1].map(|ball| centre(&mut raw.tracks, ball));
     let of = |ball: usize, is_marker: bool| {
         let is_it = move |role: Role| (role.ball, role.is_marker) == (ball, is_marker);
         raw.tracks.iter().filter(move |track| track.role.is_some_and(is_it))
     };
     let step = grid_step(&centres.each_ref()).unwrap_or(0.0);
-    repair::remove_repeated_frames(&mut centres, fps, step, log)?;
-    let swapped = repair::undo_swaps(&mut centres, fps, log)?;
+    let frames: Vec<f64> = raw.times.iter().map(|time| time * fps).collect();
+    repair::remove_repeated_frames(&mut centres, &frames, step, log)?;
+    let swapped = repair::undo_swaps(&mut centres, &frames, log)?;
     if let Some(line) = swapped.filter(|_| !raw.tracks.is_empty()) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
                        not certain which of both did; expected them set right, or the shot skipped";
         return Err(Wrong::damaged(line, message));
     }
     let resolution = resolution(&centres, settings, calibration, log);
-    let mut paths = centres.each_ref().map(|centre| samples(centre, calibration));
+    let mut paths = centres.each_ref().map(|centre| samples(&raw.times, centre, calibration));
     let mut markers: Vec<Marker> = Vec::new();
     for (i, ball) in [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate() {
         let first = markers.len();
         for track in of(i, true).chain(of(i, false)) {
             let name = track.point.as_ref().unwrap_or(&track.name).clone();
             let samples = if track.is_angle {
-                turned(track, &centres[i], calibration)
+                turned(&raw.times, track, &centres[i], calibration)
             } else {
-                samples(track, calibration)
+                samples(&raw.times, track, calibration)
             };
             markers.push(Marker { ball, name, samples });
         }
@@ -123,10 +129,9 @@ fn centre(tracks: &mut Vec<RawTrack>, ball: usize) -> RawTrack {
         return tracks.extract_if(.., |track| is_of(track)).next().unwrap_or_default();
     }
     let mean = |frame: usize| {
-        let places = points.iter().map(|track| track.rows[frame].place());
-        let sum = places.fold([0.0; 2], |sum, place| [sum[0] + place[0], sum[1] + place[1]]);
-        let place = sum.map(|sum| sum / points.len() as f64);
-        Row::new(points[0].rows[frame].time, place, points[0].rows[frame].line)
+        let axis = |k: usize| points.iter().map(|track| track.rows[frame].place[k]).sum::<f64>();
+        let place = [axis(0), axis(1)].map(|sum| sum / points.len() as f64);
+        Row { place, ..points[0].rows[frame] }
     };
     let names: Vec<_> = points.iter().map(|track| track.name.as_str()).collect();
     let rows = (0..points[0].rows.len()).map(mean).collect();
@@ -148,8 +153,8 @@ fn resolution(
     const COARSE_PX: f64 = 0.1;
     let step = |track: &RawTrack| {
         let step = grid_step(&[track]).or_else(|| grid_step(&centres.each_ref()))?;
-        let first = track.seen().next()?;
-        let [x, y] = calibration.sd(first.x, first.y, [step; 2]);
+        let (_, first) = track.seen().next()?;
+        let [x, y] = calibration.sd(first.place, [step; 2]);
         Some((0.5 * (x * x + y * y)).sqrt()).filter(|step| step.is_finite())
     };
     let steps = centres.each_ref().map(|track| step(track).unwrap_or(0.0));
@@ -173,7 +178,7 @@ fn resolution(
 fn grid_step(tracks: &[&RawTrack]) -> Option<f64> {
     let mut gaps = Vec::new();
     for axis in [0, 1] {
-        let mut values = sorted(tracks.iter().flat_map(|track| track.seen()).map(|row| row.place()[axis]));
+        let mut values = sorted(tracks.iter().flat_map(|track| track.seen()).map(|(_, row)| row.place[axis]));
         values.dedup_by(|later, earlier| *later - *earlier <= SAME_NUMBER * later.abs());
         gaps.extend(values.windows(2).map(|two| two[1] - two[0]));
     }
@@ -199,12 +204,12 @@ fn fitted(gaps: &[f64], guess: f64) -> Option<f64> {
     Some(products / squares)
 }
 
-fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
-    let sample = |row: &Row| {
-        let [x, y] = calibration.metres(row.x, row.y);
-        let is_stated = !row.sd[0].is_nan() && !row.sd[1].is_nan();
-        let sd = is_stated.then(|| calibration.sd(row.x, row.y, row.sd));
-        Sample { t: row.time + calibration.delay(row.y), x, y, sd }
+fn samples(times: &[f64], track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
+    let sample = |(frame, row): (usize, &Row)| {
+        let is_stated = row.sd.iter().all(|sd| !sd.is_nan());
+        let sd = is_stated.then(|| calibration.sd(row.place, row.sd));
+        let t = times[frame] + calibration.delay(row.place[1]);
+        Sample { sd, ..Sample::new(t, calibration.metres(row.place)) }
     };
     // exactly as many as are needed, since all shots stay in memory
     let mut samples = Vec::with_capacity(track.seen().count());
@@ -213,17 +218,18 @@ fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
 }
 
 /// Returns a point that turns with the disc, from angles measured from the file's x axis.
-fn turned(angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
+fn turned(times: &[f64], angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
     /// Distance of the point from the centre, m; arbitrary.
     const ARM: f64 = 0.02;
-    let point = |(row, middle): (&Row, &Row)| {
-        let (sin, cos) = row.x.sin_cos();
-        let [x, y] = calibration.metres(middle.x, middle.y);
-        let [along, up] = calibration.metres(middle.x + cos, middle.y + sin);
+    let point = |(frame, row): (usize, &Row)| {
+        let (sin, cos) = row.place[0].sin_cos();
+        let middle = centre.rows[frame].place;
+        let [x, y] = calibration.metres(middle);
+        let [along, up] = calibration.metres([middle[0] + cos, middle[1] + sin]);
         let length = (along - x).hypot(up - y);
         let place = [x + ARM * (along - x) / length, y + ARM * (up - y) / length];
-        Sample::new(row.time + calibration.delay(middle.y), place)
+        Sample::new(times[frame] + calibration.delay(middle[1]), place)
     };
-    let both = angles.rows.iter().zip(&centre.rows);
-    both.filter(|(row, middle)| !row.is_gap() && !middle.is_gap()).map(point).collect()
+    let both = angles.seen().filter(|(frame, _)| !centre.rows[*frame].is_gap());
+    both.map(point).collect()
 }

@@ -89,7 +89,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
         if problems.len() > before {
             continue;
         }
-        if tracked.shots.iter().all(|shot| shot.rows().next().is_none()) {
+        if tracked.shots.iter().all(|shot| shot.times.is_empty()) {
             problems.add(file, None, None, "has no rows below its header; expected positions");
         }
         shots.extend(tracked.shots);

@@ -137,9 +137,11 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
             continue;
         }
         let file = raw[object.index].file.clone();
+        let rows = [raw[cue.index].written(), raw[object.index].written()].concat();
         let track = raw[object.index].tracks.pop();
+        raw[cue.index].tracks.extend(track);
+        raw[cue.index] = raw[cue.index].clone().on_grid(rows);
         let shot = &mut raw[cue.index];
-        shot.tracks.extend(track);
         for (track, name) in shot.tracks.iter_mut().zip(names) {
             track.name = name.to_string();
         }

@@ -1,12 +1,11 @@
 //! Which rows are one ball in one clip: clips in a table without a column of shots are separated,
 //! rows that do not name the ball are followed, and pieces of tracks with new ids are joined.
 
-use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 
-use super::discs::beginning;
 use super::input::{Input, Log, Subject};
 use super::names::find;
-use super::raw::{RawShot, RawTrack, Row, middle, sorted};
+use super::raw::{RawShot, RawTrack, Row, sorted};
 use super::repair::remove_lost;
 use super::settings::TrackSettings;
 
@@ -35,14 +34,18 @@ pub(super) fn clips(
     log: Log,
 ) -> Vec<RawShot> {
     for shot in &mut shots {
-        remove_lost(&mut shot.tracks, log);
+        remove_lost(shot, log);
     }
     // names of shots in the table are believed
     if let [shot] = shots.as_slice()
-        && let cuts = cuts(shot, settings.fps())
-        && !cuts.is_empty()
+        && let ranges = ranges(shot, settings.fps())
+        && ranges.len() > 1
     {
-        let clips: Vec<RawShot> = (0..=cuts.len()).map(|number| clip(shot, &cuts, number, alone)).collect();
+        let clip = |(number, frames): (usize, Range<usize>)| {
+            let name = if alone { format!("{number}") } else { format!("{}-{number}", shot.name) };
+            clip(shot, frames, name)
+        };
+        let clips: Vec<RawShot> = (1..).zip(ranges).map(clip).collect();
         let is_seen = |track: &&RawTrack| track.seen().count() >= MIN_FRAMES;
         if clips.iter().all(|clip| clip.tracks.iter().filter(is_seen).count() > 1) {
             let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
@@ -61,64 +64,55 @@ pub(super) fn clips(
     shots
 }
 
-/// Returns the times at which further clips begin.
-fn cuts(shot: &RawShot, fps: Option<f64>) -> Vec<f64> {
+/// Returns the frames of each clip: a clip begins after a long pause, or if both balls jump without
+/// an exchange of their names.
+fn ranges(shot: &RawShot, fps: Option<f64>) -> Vec<Range<usize>> {
     // without a unit, ms and frames cannot be distinguished
     let Some(unit) = shot.clock.unit else { return Vec::new() };
     let fps = shot.clock.fps.or(fps).unwrap_or(DEFAULT_FPS);
-    let second = unit.seconds().unwrap_or(fps.recip());
-    let times = shot.times();
-    let Some(step) = middle(times.windows(2).map(|two| two[1] - two[0])) else { return Vec::new() };
-    let pause = (MIN_PAUSE_S / second).max(STEPS * step);
-    let jumps = jumps(shot, step);
-    let begins = |two: &[f64]| two[1] - two[0] > pause || jumps.contains(&two[1].to_bits());
-    times.windows(2).filter(|two| begins(two)).map(|two| two[1]).collect()
+    let step = shot.step();
+    let pause = (MIN_PAUSE_S / unit.seconds().unwrap_or(fps.recip())).max(STEPS * step);
+    let short = |two: &[f64; 2]| two[1] > 0.0 && two[1] < 1.5 * step;
+    let steps = shot.centres().map(|centres| centres.map(|track| shot.steps(track)));
+    let lengths = sorted(steps.iter().flatten().flatten().filter(|two| short(two)).map(|two| two[0]));
+    let long = lengths.get(lengths.len() * 9 / 10).copied().filter(|long| *long > 0.0);
+    let jump = MIN_CLIP_JUMP * long.unwrap_or(f64::INFINITY);
+    let jumps = |frame: usize| {
+        let Some([one, other]) = shot.centres() else { return false };
+        let far = |from: &RawTrack, to: &RawTrack| from.rows[frame - 1].distance(&to.rows[frame]) > jump;
+        far(one, one) && far(other, other) && far(one, other)
+    };
+    let begins = |frame: &usize| {
+        let length = shot.times[*frame] - shot.times[*frame - 1];
+        length > pause || short(&[0.0, length]) && jumps(*frame)
+    };
+    let mut ends: Vec<usize> = (1..shot.times.len()).filter(begins).collect();
+    ends.push(shot.times.len());
+    let mut first = 0;
+    ends.into_iter().map(|end| std::mem::replace(&mut first, end)..end).collect()
 }
 
-/// Returns the bits of the times to which both balls jump, except exchanges of their names.
-fn jumps(shot: &RawShot, step: f64) -> HashSet<u64> {
-    let Some(centres) = shot.centres() else { return HashSet::new() };
-    let follows = |[before, now]: &[Row; 2]| {
-        let length = now.time - before.time;
-        length > 0.0 && length < 1.5 * step && !before.is_gap() && !now.is_gap()
-    };
-    let [one, other] = centres.map(|track| {
-        let steps = track.rows.windows(2).map(|two| [two[0], two[1]]).filter(follows);
-        steps.map(|step| (step[1].time.to_bits(), step)).collect::<HashMap<u64, [Row; 2]>>()
-    });
-    let all = sorted(one.values().chain(other.values()).map(|[before, now]| before.distance(*now)));
-    let Some(long) = all.get(all.len() * 9 / 10).filter(|long| **long > 0.0) else { return HashSet::new() };
-    let is_far = |a: Row, b: Row| a.distance(b) > MIN_CLIP_JUMP * long;
-    let is_jump = |time: &&u64| {
-        let ([from, to], Some([other_from, other_to])) = (one[*time], other.get(*time)) else { return false };
-        is_far(from, to) && is_far(*other_from, *other_to) && is_far(from, *other_to)
-    };
-    one.keys().filter(is_jump).copied().collect()
-}
-
-fn clip(shot: &RawShot, cuts: &[f64], number: usize, alone: bool) -> RawShot {
-    let is_part = |row: &Row| cuts.partition_point(|cut| *cut <= row.time) == number;
-    let mut clip = shot.clone();
-    clip.tracks.iter_mut().for_each(|track| track.rows.retain(is_part));
-    clip.tracks.retain(|track| !track.rows.is_empty());
-    clip.name = if alone { format!("{}", number + 1) } else { format!("{}-{}", shot.name, number + 1) };
-    clip.line = clip.tracks.iter().map(RawTrack::line).min().unwrap_or(shot.line);
-    clip
+fn clip(shot: &RawShot, frames: Range<usize>, name: String) -> RawShot {
+    let part = |track: &RawTrack| RawTrack { rows: track.rows[frames.clone()].to_vec(), ..track.clone() };
+    let mut tracks: Vec<RawTrack> = shot.tracks.iter().map(part).collect();
+    tracks.retain(|track| track.written().next().is_some());
+    let line = tracks.iter().map(RawTrack::line).min().unwrap_or(shot.line);
+    RawShot { name, line, times: shot.times[frames].to_vec(), tracks, ..shot.clone() }
 }
 
 /// Splits the rows of every shot, one track without a name, into the tracks of two balls, which
 /// have no name until clips are separated.
 pub(super) fn follow(shots: &mut [RawShot], input: &Input) {
     for shot in shots {
-        let mut rows: Vec<Row> = shot.tracks.iter().flat_map(|track| track.seen().copied()).collect();
-        rows.sort_by(|a, b| a.time.total_cmp(&b.time));
-        let mut tracks = [RawTrack::default(), RawTrack::default()];
+        let rows = shot.tracks.first().into_iter().flat_map(RawTrack::seen);
+        let rows: Vec<(f64, Row)> = rows.map(|(frame, row)| (shot.times[frame], *row)).collect();
+        let mut tracks = [Vec::new(), Vec::new()];
         let mut others = Vec::new();
-        for frame in rows.chunk_by(|a, b| a.time == b.time) {
-            let found = nearest(tracks.each_ref().map(|track| track.rows.last()), frame);
-            others.extend((0..frame.len()).filter(|i| !found.contains(&Some(*i))).map(|i| frame[i].line));
+        for frame in rows.chunk_by(|a, b| a.0 == b.0) {
+            let found = nearest(tracks.each_ref().map(|track: &Vec<(f64, Row)>| track.last()), frame);
+            others.extend((0..frame.len()).filter(|i| !found.contains(&Some(*i))).map(|i| frame[i].1.line));
             for (track, row) in tracks.iter_mut().zip(found) {
-                track.rows.extend(row.map(|row| frame[row]));
+                track.extend(row.map(|row| frame[row]));
             }
         }
         if let Some(first) = others.first() {
@@ -126,7 +120,8 @@ pub(super) fn follow(shots: &mut [RawShot], input: &Input) {
             let message = format!("{} {are} of other objects than the two balls: left out", others.len());
             input.log.add(Subject::Gaps, *first, message);
         }
-        shot.tracks = tracks.into();
+        shot.tracks = vec![RawTrack::default(); 2];
+        *shot = shot.clone().on_grid(tracks.into());
     }
     let message = "rows do not name the ball: both balls are followed from frame to frame, and the one that moves first is the cue ball";
     input.log.add(Subject::Names, None, message);
@@ -137,7 +132,7 @@ fn name_followed(shot: &mut RawShot, settings: &TrackSettings) {
     if shot.tracks.len() != 2 || shot.tracks.iter().any(|track| !track.name.is_empty()) {
         return;
     }
-    let [one, other] = [0, 1].map(|i| beginning(&shot.tracks[i], &shot.tracks));
+    let [one, other] = [0, 1].map(|i| shot.beginning(&shot.tracks[i]));
     if other.zip(one).is_some_and(|(other, one)| other < one) {
         shot.tracks.reverse();
     }
@@ -147,14 +142,14 @@ fn name_followed(shot: &mut RawShot, settings: &TrackSettings) {
 }
 
 /// Returns the rows of a frame nearest to two balls: the sum of both steps is least.
-fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
-    let [Some(one), Some(other)] = last else {
+fn nearest(last: [Option<&(f64, Row)>; 2], frame: &[(f64, Row)]) -> [Option<usize>; 2] {
+    let [Some((_, one)), Some((_, other))] = last else {
         return if frame.len() == 2 { [Some(0), Some(1)] } else { [None; 2] };
     };
-    if let [row] = frame {
-        return if one.distance(*row) < other.distance(*row) { [Some(0), None] } else { [None, Some(0)] };
+    if let [(_, row)] = frame {
+        return if one.distance(row) < other.distance(row) { [Some(0), None] } else { [None, Some(0)] };
     }
-    let way = |(i, j): &(usize, usize)| one.distance(frame[*i]) + other.distance(frame[*j]);
+    let way = |(i, j): &(usize, usize)| one.distance(&frame[*i].1) + other.distance(&frame[*j].1);
     let pairs = (0..frame.len()).flat_map(|i| (0..frame.len()).map(move |j| (i, j)));
     let least = pairs.filter(|(i, j)| i != j).min_by(|a, b| way(a).total_cmp(&way(b)));
     least.map_or([None; 2], |(i, j)| [Some(i), Some(j)])
@@ -163,45 +158,49 @@ fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
 /// Joins pieces to both balls' tracks: those that dataset.toml names or, if at most two tracks are
 /// seen at a time, the first two. Other pieces are left.
 pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, log: Log) {
-    let tracks = &mut shot.tracks;
-    let is_plain = |track: &RawTrack| track.is_centre() && !track.rows.is_empty();
-    if tracks.len() < 3 || !tracks.iter().all(is_plain) {
+    let is_plain = |track: &RawTrack| track.is_centre() && track.written().next().is_some();
+    if shot.tracks.len() < 3 || !shot.tracks.iter().all(is_plain) {
         return;
     }
-    let mut order: Vec<usize> = (0..tracks.len()).collect();
-    order.sort_by(|a, b| tracks[*a].rows[0].time.total_cmp(&tracks[*b].rows[0].time));
-    let Some(heads) = heads(tracks, &order, settings) else { return };
-    if !heads.iter().all(|head| is_in_order(&tracks[*head])) {
+    let begin = |i: &usize| shot.tracks[*i].written().next().map(|(frame, _)| frame);
+    let mut order: Vec<usize> = (0..shot.tracks.len()).collect();
+    order.sort_by_key(begin);
+    let Some(heads) = heads(shot, &order, settings) else { return };
+    if !heads.iter().all(|head| is_in_order(shot, &shot.tracks[*head])) {
         return;
     }
     for piece in order.into_iter().filter(|i| !heads.contains(i)) {
-        let Some(head) = continued(tracks, heads, &tracks[piece]) else { continue };
-        let piece = std::mem::take(&mut tracks[piece]);
-        let track = &mut tracks[head];
-        let last = track.rows.last().map_or(1, |row| row.line);
+        let Some(head) = continued(shot, heads, &shot.tracks[piece]) else { continue };
+        let piece = std::mem::take(&mut shot.tracks[piece]);
+        let track = &mut shot.tracks[head];
+        let last = track.written().last().map_or(1, |(_, row)| row.line);
         let message = format!(
             "\"{}\" begins where \"{}\" ends, in line {last}: taken as the same ball",
             piece.name, track.name
         );
-        log.add(Subject::Names, piece.rows[0].line, message);
-        track.rows.extend(piece.rows);
+        log.add(Subject::Names, piece.line(), message);
+        for (frame, row) in piece.written() {
+            track.rows[frame] = *row;
+        }
     }
-    tracks.retain(|track| !track.rows.is_empty());
+    shot.tracks.retain(|track| !track.rows.is_empty());
 }
 
 /// Returns the indices of the tracks to which pieces are joined; `order` is that of their starts.
-fn heads(tracks: &[RawTrack], order: &[usize], settings: &TrackSettings) -> Option<[usize; 2]> {
-    let find = |name: &str| find(tracks, name).ok().flatten();
+fn heads(shot: &RawShot, order: &[usize], settings: &TrackSettings) -> Option<[usize; 2]> {
+    let find = |name: &str| find(&shot.tracks, name).ok().flatten();
     if let Some([Some(cue), Some(object)]) = settings.single_names().map(|names| names.map(find)) {
         return Some([cue, object]);
     }
-    let times = sorted(tracks.iter().flat_map(|track| track.rows.iter().map(|row| row.time)));
-    let are_two = times.chunk_by(|a, b| a == b).all(|rows| rows.len() <= 2);
+    let count = |frame: usize| shot.tracks.iter().filter(|track| track.rows[frame].line > 0).count();
+    let are_two = (0..shot.times.len()).all(|frame| count(frame) <= 2);
     are_two.then(|| [order[0].min(order[1]), order[0].max(order[1])])
 }
 
-fn is_in_order(track: &RawTrack) -> bool {
-    track.rows.windows(2).all(|two| two[0].time < two[1].time)
+/// Returns whether a track has its rows in the order of time, each time once.
+fn is_in_order(shot: &RawShot, track: &RawTrack) -> bool {
+    let rows: Vec<(f64, usize)> = track.written().map(|(frame, row)| (shot.times[frame], row.line)).collect();
+    rows.windows(2).all(|two| two[0].0 < two[1].0 && two[0].1 <= two[1].1)
 }
 
 /// Returns whether two names are ids that differ in numbers only: `track_1` and `track_6`.
@@ -211,20 +210,19 @@ fn are_ids(one: &str, other: &str) -> bool {
 }
 
 /// Returns the track that a piece continues: one that has ended, near its beginning.
-fn continued(tracks: &[RawTrack], heads: [usize; 2], piece: &RawTrack) -> Option<usize> {
-    let first = *piece.seen().next().filter(|_| is_in_order(piece))?;
+fn continued(shot: &RawShot, heads: [usize; 2], piece: &RawTrack) -> Option<usize> {
+    let (first, row) = piece.seen().next().filter(|_| is_in_order(shot, piece))?;
     let end = |head: usize| {
-        let end = tracks[head].seen().last().filter(|end| end.time < first.time)?;
-        Some((head, end, end.distance(first)))
+        let (last, end) = shot.tracks[head].seen().last().filter(|(last, _)| *last < first)?;
+        Some((head, last, end.distance(row)))
     };
-    let mut ends: Vec<(usize, &Row, f64)> = heads.into_iter().filter_map(end).collect();
+    let mut ends: Vec<(usize, usize, f64)> = heads.into_iter().filter_map(end).collect();
     ends.sort_by(|a, b| a.2.total_cmp(&b.2));
-    let (head, end, distance) = *ends.first()?;
+    let (head, last, distance) = *ends.first()?;
     let is_nearer = ends.get(1).is_none_or(|(.., far)| distance < MAX_DISTANCE_RATIO * far);
-    let speed = |two: &[Row]| two[0].distance(two[1]) / (two[1].time - two[0].time);
-    let fastest = heads.iter().flat_map(|head| tracks[*head].rows.windows(2)).map(speed);
-    // gaps are not numbers, which no maximum is
-    let reach = MAX_SPEED_RATIO * fastest.fold(0.0, f64::max) * (first.time - end.time);
-    let is_id = are_ids(&tracks[head].name, &piece.name);
+    let steps = heads.iter().flat_map(|head| shot.steps(&shot.tracks[*head]));
+    let fastest = steps.map(|[length, time]| length / time).fold(0.0, f64::max);
+    let reach = MAX_SPEED_RATIO * fastest * (shot.times[first] - shot.times[last]);
+    let is_id = are_ids(&shot.tracks[head].name, &piece.name);
     (is_id && is_nearer && distance <= reach).then_some(head)
 }

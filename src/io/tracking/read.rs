@@ -7,7 +7,7 @@ use super::formats::FORMATS;
 use super::heading::{Heading, TITLES, headings};
 use super::input::{Context, Input, Subject, stem};
 use super::layout::Layout;
-use super::raw::RawShot;
+use super::raw::{RawShot, RawTrack};
 use super::settings::Format;
 use super::units::Unit;
 use super::{columns, json, pieces, reader};
@@ -88,18 +88,16 @@ fn by_layout(layout: &Layout, input: &Input) -> Tracked {
 fn count_frames(shot: &mut RawShot, layout: &Layout, input: &Input) {
     shot.clock = layout.clock;
     let fps = layout.clock.fps.unwrap_or_default();
-    let first = shot.rows().next().map_or(0.0, |row| row.time);
+    let first = shot.times.first().copied().unwrap_or_default();
     let is_in_seconds = layout.time.is_some_and(|column| layout.heading.names[column] == "Time");
-    for row in shot.rows_mut() {
-        let since = row.time - first;
+    for time in &mut shot.times {
         // times are rounded to digits
-        row.time = if is_in_seconds { (since * fps).round() } else { since };
+        *time = if is_in_seconds { ((*time - first) * fps).round() } else { *time - first };
     }
-    for track in &mut shot.tracks {
-        for row in track.rows.iter_mut().filter(|row| row.place() == [0.0, 0.0]) {
+    for RawTrack { name, rows, .. } in &mut shot.tracks {
+        for row in rows.iter_mut().filter(|row| row.place == [0.0, 0.0]) {
             row.lose();
-            let message = format!("\"{}\" is at 0, 0: taken as a gap", track.name);
-            input.log.add(Subject::Gaps, row.line, message);
+            input.log.add(Subject::Gaps, row.line, format!("\"{name}\" is at 0, 0: taken as a gap"));
         }
     }
 }

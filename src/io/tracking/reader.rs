@@ -94,6 +94,8 @@ pub(super) struct Reader<'a> {
     /// How the first time is written, with its line: as that of a clock or, `None`, as a number.
     clock: Option<(Option<Style>, usize)>,
     shots: Vec<RawShot>,
+    /// The rows of each track of each shot, with their times.
+    written: Vec<Vec<Vec<(f64, Row)>>>,
     by_name: HashMap<String, usize>,
     /// The shot of the row above.
     last: usize,
@@ -111,6 +113,7 @@ impl<'a> Reader<'a> {
             positions: Mark::default(),
             clock: None,
             shots: Vec::new(),
+            written: Vec::new(),
             by_name: HashMap::new(),
             last: usize::MAX,
             trackless: None,
@@ -149,11 +152,12 @@ impl<'a> Reader<'a> {
         }
         self.begin(layout.shot.map_or(stem, |column| at(column).text), line);
         // without times, rows of a shot are counted
-        let rows = self.shots[self.last].tracks.first().map_or(0, |track| track.rows.len());
-        let time = time.unwrap_or(rows as f64);
+        let rows = self.written[self.last].first().map_or(0, Vec::len);
+        // −0 is 0
+        let time = time.unwrap_or(rows as f64) + 0.0;
         for (body, number) in bodies.iter().zip(first_body..) {
             let place = self.place(body, at);
-            let row = Row { sd: self.deviations(body, at), ..Row::new(time, place, line) };
+            let row = Row { place, sd: self.deviations(body, at), line };
             let name = body.ball.map_or(body.name.as_str(), |column| at(column).text);
             let point = match body.part {
                 Part::Centre => body.point.map(|column| at(column).text),
@@ -162,7 +166,8 @@ impl<'a> Reader<'a> {
             };
             let is_centre =
                 |point: &&str| ["", "centre", "center"].iter().any(|word| point.eq_ignore_ascii_case(word));
-            self.track(number, name, point.filter(|point| !is_centre(point)), body.part).rows.push(row);
+            let track = self.track(number, name, point.filter(|point| !is_centre(point)), body.part);
+            self.written[self.last][track].push((time, row));
         }
     }
 
@@ -174,12 +179,14 @@ impl<'a> Reader<'a> {
         if self.last == self.shots.len() {
             self.by_name.insert(name.to_string(), self.last);
             let (file, clock) = (Arc::clone(&self.file), self.layout.clock);
-            let unit = self.layout.unit;
-            self.shots.push(RawShot { name: name.to_string(), file, line, clock, unit, tracks: Vec::new() });
+            let (unit, name) = (self.layout.unit, name.to_string());
+            let (times, tracks) = (Vec::new(), Vec::new());
+            self.shots.push(RawShot { name, file, line, clock, unit, times, tracks });
+            self.written.push(Vec::new());
         }
     }
 
-    fn track(&mut self, body: usize, name: &str, point: Option<&str>, part: Part) -> &mut RawTrack {
+    fn track(&mut self, body: usize, name: &str, point: Option<&str>, part: Part) -> usize {
         let tracks = &mut self.shots[self.last].tracks;
         let is_it =
             |known: &RawTrack| known.body == body && known.point.as_deref() == point && known.name == name;
@@ -188,8 +195,9 @@ impl<'a> Reader<'a> {
             let (name, point) = (name.to_string(), point.map(str::to_string));
             let is_angle = matches!(part, Part::Angle(_));
             tracks.push(RawTrack { name, body, point, is_angle, ..RawTrack::default() });
+            self.written[self.last].push(Vec::new());
         }
-        &mut tracks[i]
+        i
     }
 
     /// Reads a time, a number or that of a clock; `None` if the cell is empty or wrong. All are
@@ -272,7 +280,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reports properties of all rows, and returns the shots. Time codes become numbers of frames.
-    pub(super) fn finish(mut self) -> Vec<RawShot> {
+    pub(super) fn finish(self) -> Vec<RawShot> {
         let Input { file, problems, log, .. } = *self.input;
         if let (Some(column), Some(first), true) = (self.layout.ball(), self.trackless, self.shots.is_empty())
         {
@@ -285,21 +293,19 @@ impl<'a> Reader<'a> {
         if self.positions.is_comma() || self.times.is_comma() {
             log.add(Subject::Format, None, "decimal comma");
         }
-        let mut tracks: Vec<_> = self.shots.iter_mut().flat_map(|shot| &mut shot.tracks).collect();
-        for track in &mut tracks {
-            track.rows.shrink_to_fit();
-        }
+        let mut shots: Vec<RawShot> =
+            self.shots.into_iter().zip(self.written).map(|(shot, written)| shot.on_grid(written)).collect();
         if let Some((Some(style), line)) = self.clock {
             let mut clock = Clock { rounding: Some(style.resolution()), ..Clock::of(TimeUnit::S) };
             if style == Style::Colon(2)
-                && let Some(rate) = count_frames(&mut tracks)
+                && let Some(rate) = count_frames(&mut shots)
             {
                 let message = format!("times are time codes h:mm:ss:ff with {rate} frames to a second");
                 log.add(Subject::Clock, line, message);
                 clock = Clock::of(TimeUnit::Frames);
             }
-            self.shots.iter_mut().for_each(|shot| shot.clock = clock);
+            shots.iter_mut().for_each(|shot| shot.clock = clock);
         }
-        self.shots
+        shots
     }
 }

@@ -2,7 +2,7 @@
 //! frames, exchanged names of balls. They are repaired if the repair is certain.
 
 use super::input::{Log, Subject};
-use super::raw::{RawTrack, Row, sorted};
+use super::raw::{RawShot, RawTrack, Row, sorted};
 
 /// Ratio of a jump away from the path to the fastest steps of the balls in the same time.
 const MIN_LOST_JUMP: f64 = 5.0;
@@ -47,149 +47,148 @@ fn value_at(sorted: &[f64], part: f64) -> Option<f64> {
     sorted.get((part * sorted.len() as f64) as usize).copied()
 }
 
-/// Turns places that programs write for a lost ball into gaps, unless the ball's path leads there.
-pub(super) fn remove_lost(tracks: &mut [RawTrack], log: Log) {
-    let tracks: Vec<&mut RawTrack> = tracks.iter_mut().filter(|track| !track.is_angle).collect();
-    if !tracks.iter().any(|track| track.seen().any(Row::is_placeholder)) {
+/// Turns positions into gaps that programs write for a lost ball, unless the ball's path leads there,
+/// and those at impossible places and times: a lost decimal point, a misprint.
+pub(super) fn remove_lost(shot: &mut RawShot, log: Log) {
+    let times = &shot.times;
+    let paths = shot.tracks.iter().map(|track| track.seen().filter(|_| !track.is_angle).collect());
+    let paths: Vec<Vec<(usize, &Row)>> = paths.collect();
+    // the ranges of the middle nine tenths of x, y and time
+    let values = |(frame, row): &(usize, &Row)| [row.place[0], row.place[1], times[*frame]];
+    let ranges = [0, 1, 2].map(|k| {
+        let good = paths.iter().flatten().filter(|(_, row)| !row.is_placeholder());
+        let all = sorted(good.map(|row| values(row)[k]));
+        [0.05, 0.95].map(|part| value_at(&all, part).unwrap_or(f64::NAN))
+    });
+    let [x, y, t] = ranges.map(|[low, high]| high - low);
+    let reach = [MAX_RANGES * x.max(y), MAX_RANGES * x.max(y), MAX_DELAY_RANGES * t];
+    let is_off = |row: &(usize, &Row), k: usize| {
+        let ([low, high], value) = (ranges[k], values(row)[k]);
+        value < low - reach[k] || value > high + reach[k]
+    };
+    let is_doubtful = |row: &(usize, &Row)| row.1.is_placeholder() || (0..3).any(|k| is_off(row, k));
+    if !paths.iter().flatten().any(is_doubtful) {
         return;
     }
-    let mut speeds = Vec::new();
-    for track in &tracks {
-        let seen: Vec<&Row> = track.seen().collect();
-        let good = seen.windows(2).filter(|two| two[1].time > two[0].time);
-        let good = good.filter(|two| !two.iter().any(|row| row.is_placeholder()));
-        speeds.extend(good.map(|two| two[0].distance(*two[1]) / (two[1].time - two[0].time)));
-    }
-    let fast = value_at(&sorted(speeds.into_iter()), SPEED_QUANTILE).filter(|fast| *fast > 0.0);
-    let Some(fast) = fast else { return };
-    for RawTrack { name, rows, .. } in tracks {
-        let seen: Vec<Row> = rows.iter().filter(|row| !row.is_gap()).copied().collect();
-        let jumps =
-            |two: &[Row]| two[0].distance(two[1]) > MIN_LOST_JUMP * fast * (two[1].time - two[0].time);
+    let speed = |two: &[(usize, &Row)]| two[0].1.distance(two[1].1) / (times[two[1].0] - times[two[0].0]);
+    let good = paths.iter().flat_map(|path| path.windows(2)).filter(|two| !two.iter().any(is_doubtful));
+    let speeds = sorted(good.map(speed).filter(|speed| speed.is_finite()));
+    let fast = value_at(&speeds, SPEED_QUANTILE).filter(|fast| *fast > 0.0).unwrap_or(f64::INFINITY);
+    let jumps = |two: &[(usize, &Row)]| speed(two) > MIN_LOST_JUMP * fast;
+    let mut lost: Vec<(usize, usize, &str)> = Vec::new();
+    for (i, path) in paths.iter().enumerate() {
         let mut until = 0;
-        let mut lost = Vec::new();
-        for stay in seen.chunk_by(|a, b| a.place() == b.place()) {
+        for stay in path.chunk_by(|a, b| a.1.place == b.1.place) {
             let from = until;
             until += stay.len();
-            let before = from.checked_sub(1).map(|i| jumps(&seen[i..=from]));
-            let after = seen.get(until - 1..=until).map(jumps);
+            let before = from.checked_sub(1).map(|before| jumps(&path[before..=from]));
+            let after = path.get(until - 1..=until).map(jumps);
             let mut ends = [before, after].into_iter().flatten();
-            if stay[0].is_placeholder() && before.or(after).is_some() && ends.all(|jumps| jumps) {
-                lost.extend_from_slice(stay);
+            let is_away = before.or(after).is_some() && ends.all(|jumps| jumps);
+            let is_placeholder = stay[0].1.is_placeholder();
+            for row in stay {
+                if is_off(row, 2) {
+                    lost.push((i, row.0, "at a time far from all others"));
+                } else if if is_placeholder { is_away } else { is_off(row, 0) || is_off(row, 1) } {
+                    lost.push((i, row.0, "far from its path"));
+                }
             }
         }
-        let mut lost = lost.into_iter().peekable();
-        for row in rows.iter_mut() {
-            if lost.next_if(|other| other.line == row.line).is_some() {
-                let message =
-                    format!("\"{name}\" is at ({}, {}), far from its path: taken as a gap", row.x, row.y);
-                log.add(Subject::Gaps, row.line, message);
-                row.lose();
-            }
-        }
+    }
+    for (i, frame, why) in lost {
+        let RawTrack { name, rows, .. } = &mut shot.tracks[i];
+        let Row { place: [x, y], line, .. } = rows[frame];
+        log.add(Subject::Gaps, line, format!("\"{name}\" is at ({x}, {y}), {why}: taken as a gap"));
+        rows[frame].lose();
     }
 }
 
 impl Row {
     /// Returns whether programs write this place for a lost ball: 0, 0, or −1, −1, or 9999.
     fn is_placeholder(&self) -> bool {
-        let digits = || format!("{:.0}", self.x.abs());
+        let [x, y] = self.place;
+        let digits = || format!("{:.0}", x.abs());
         let are_nines = || digits().len() > 2 && digits().bytes().all(|digit| digit == b'9');
-        self.x == self.y && (self.x == 0.0 || self.x == -1.0 || self.x.fract() == 0.0 && are_nines())
+        x == y && (x == 0.0 || x == -1.0 || x.fract() == 0.0 && are_nines())
     }
 }
 
-/// Puts tracks on one grid of frames: in the order of time, a row for each time of any track, a gap
-/// if a track is not seen then.
-pub(super) fn put_on_grid(tracks: &mut [RawTrack], log: Log) -> Result<(), Wrong> {
-    let mut times = sorted(tracks.iter().flat_map(|track| &track.rows).map(|row| row.time));
-    times.dedup();
-    for RawTrack { name, rows, .. } in tracks {
-        let mut backwards = rows.windows(2).filter(|two| two[1].time < two[0].time);
-        let first = backwards.next().map(|two| [two[0], two[1]]);
-        let clip = first.map(|[before, next]| {
+/// Unites frames of one time. Notes rows that are not in the order of time.
+///
+/// # Errors
+/// A track at two places at one time, or a clock that starts again: another clip, or times that wrap
+/// around.
+pub(super) fn unite_frames(shot: &mut RawShot, log: Log) -> Result<(), Wrong> {
+    let times = &shot.times;
+    let mut firsts: Vec<usize> = (0..times.len()).collect();
+    for frame in (1..times.len()).filter(|frame| times[*frame] == times[frame - 1]) {
+        firsts[frame] = firsts[frame - 1];
+    }
+    for RawTrack { name, rows, .. } in &mut shot.tracks {
+        let mut written: Vec<usize> = (0..rows.len()).filter(|frame| rows[*frame].line > 0).collect();
+        written.sort_by_key(|frame| rows[*frame].line);
+        let backwards: Vec<&[usize]> =
+            written.windows(2).filter(|two| times[two[1]] < times[two[0]]).collect();
+        let clip = backwards.first().map(|two| {
             let message = format!(
                 "time of \"{name}\" runs backwards, from {:.6} s to {:.6} s; expected each clip as a shot of its own",
-                before.time, next.time
+                times[two[0]], times[two[1]]
             );
-            Wrong::input(next.line, message)
+            Wrong::input(rows[two[1]].line, message)
         });
-        // a clock that starts again: another clip, or times that wrap around
-        let is_second = rows.len() > 2 && rows[rows.len() - 1].time < rows[0].time;
-        if let Some(clip) = clip.clone().filter(|_| backwards.next().is_none() && is_second) {
+        let is_second = written.len() > 2 && times[written[written.len() - 1]] < times[written[0]];
+        if let Some(clip) = clip.clone().filter(|_| backwards.len() == 1 && is_second) {
             return Err(clip);
         }
-        let mut grid: Vec<Row> = times.iter().map(|time| Row::new(*time, [f64::NAN; 2], 0)).collect();
-        for row in rows.drain(..) {
-            let known = &mut grid[times.partition_point(|time| *time < row.time)];
-            if known.line > 0 && !known.is_gap() && !row.is_gap() && known.place() != row.place() {
+        for frame in 0..rows.len() {
+            let first = firsts[frame];
+            let (known, row) = (rows[first], rows[frame]);
+            if first == frame || row.line == 0 {
+                continue;
+            }
+            if !known.is_gap() && !row.is_gap() && known.place != row.place {
                 let message = format!(
                     "\"{name}\" is at two places at {:.6} s: ({}, {}) here and ({}, {}) in line {}; expected one",
-                    row.time, row.x, row.y, known.x, known.y, known.line
+                    times[frame], row.place[0], row.place[1], known.place[0], known.place[1], known.line
                 );
                 return Err(clip.unwrap_or(Wrong::input(row.line, message)));
             }
-            if known.line > 0 {
-                let message =
-                    format!("\"{name}\" has its time twice (line {}); one row is passed over", known.line);
-                log.add(Subject::Repeated, row.line, message);
-            }
+            let message =
+                format!("\"{name}\" has its time twice (line {}); one row is passed over", known.line);
+            log.add(Subject::Repeated, row.line, message);
             if known.is_gap() {
-                *known = row;
+                rows[first] = row;
             }
         }
         if let Some(Wrong { line, .. }) = clip {
             let message = format!("the rows of \"{name}\" are not in the order of time; put in order");
             log.add(Subject::Order, line, message);
         }
-        *rows = grid;
+        let mut frames = 0..;
+        rows.retain(|_| frames.next().is_some_and(|frame| firsts[frame] == frame));
     }
+    shot.times.dedup();
     Ok(())
 }
 
-/// Turns rows at impossible places or times into gaps: lost decimal points, misprints.
-pub(super) fn remove_outliers(tracks: &mut [RawTrack], log: Log) {
-    // the range of the middle nine tenths
-    let range = |value: fn(&Row) -> f64| {
-        let seen = tracks.iter().filter(|track| !track.is_angle).flat_map(|track| track.seen());
-        let values = sorted(seen.map(value));
-        [0.05, 0.95].map(|part| value_at(&values, part).unwrap_or(f64::NAN))
-    };
-    let [xs, ys, times] = [range(|row| row.x), range(|row| row.y), range(|row| row.time)];
-    let width = (xs[1] - xs[0]).max(ys[1] - ys[0]);
-    let is_off = |value: f64, [low, high]: [f64; 2], most: f64| value < low - most || value > high + most;
-    for RawTrack { name, rows, .. } in tracks.iter_mut().filter(|track| !track.is_angle) {
-        for row in rows.iter_mut().filter(|row| !row.is_gap()) {
-            let is_far = is_off(row.x, xs, MAX_RANGES * width) || is_off(row.y, ys, MAX_RANGES * width);
-            if is_far || is_off(row.time, times, MAX_DELAY_RANGES * (times[1] - times[0])) {
-                let message = format!(
-                    "\"{name}\" is at an impossible place or time ({:.6} s, {:.6e}, {:.6e}): taken as a gap",
-                    row.time, row.x, row.y
-                );
-                log.add(Subject::Gaps, row.line, message);
-                row.lose();
-            }
-        }
-    }
-}
-
-/// Returns the frames of a grid in which both balls are seen.
+/// Returns the frames in which both balls are seen.
 fn frames_of_both(cue: &RawTrack, object: &RawTrack) -> Vec<usize> {
-    let is_seen = |frame: &usize| !cue.rows[*frame].is_gap() && !object.rows[*frame].is_gap();
-    (0..cue.rows.len().min(object.rows.len())).filter(is_seen).collect()
+    let both = cue.rows.iter().zip(&object.rows).enumerate();
+    both.filter(|(_, (cue, object))| !cue.is_gap() && !object.is_gap()).map(|(frame, _)| frame).collect()
 }
 
-/// Turns frames into gaps that repeat the frame before while both balls move. `resolution`: the
-/// step of the coordinates, within which balls may move without being seen to.
+/// Turns frames into gaps that repeat the frame before while both balls move; `times` are those of
+/// the frames in units of one. `resolution`: the step of the coordinates, within which balls may
+/// move without being seen to.
 pub(super) fn remove_repeated_frames(
     [cue, object]: &mut [RawTrack; 2],
-    fps: f64,
+    times: &[f64],
     resolution: f64,
     log: Log,
 ) -> Result<(), Wrong> {
     let frames = frames_of_both(cue, object);
     let step = |two: &[usize]| {
-        let step = |track: &RawTrack| track.rows[two[0]].distance(track.rows[two[1]]);
+        let step = |track: &RawTrack| track.rows[two[0]].distance(&track.rows[two[1]]);
         step(cue).max(step(object))
     };
     let steps: Vec<f64> = frames.windows(2).map(step).collect();
@@ -207,9 +206,8 @@ pub(super) fn remove_repeated_frames(
         if before.min(*after) < MAX_COARSE * resolution {
             continue;
         }
-        let row = |k: usize| cue.rows[frames[k]];
-        let duration = |k: usize| ((row(k + 1).time - row(k).time) * fps).max(1.0);
-        let (line, known) = (row(first + 1).line, row(first).line);
+        let duration = |k: usize| (times[frames[k + 1]] - times[frames[k]]).max(1.0);
+        let [known, line] = [first, first + 1].map(|k| cue.rows[frames[k]].line);
         let both = format!(
             "both balls are exactly where they were in line {known} while they move before and after"
         );
@@ -229,18 +227,19 @@ pub(super) fn remove_repeated_frames(
     Ok(())
 }
 
-/// Undoes identity swaps of a tracker; returns the line of the first one.
+/// Undoes identity swaps of a tracker; returns the line of the first one. `times` are those of the
+/// frames in units of one.
 pub(super) fn undo_swaps(
     [cue, object]: &mut [RawTrack; 2],
-    fps: f64,
+    times: &[f64],
     log: Log,
 ) -> Result<Option<usize>, Wrong> {
     let mut swaps: Vec<usize> = Vec::new();
     for two in frames_of_both(cue, object).windows(2) {
-        let [[c, o], [c_next, o_next]] = [0, 1].map(|k| [cue.rows[two[k]], object.rows[two[k]]]);
+        let [[c, o], [c_next, o_next]] = [0, 1].map(|k| [&cue.rows[two[k]], &object.rows[two[k]]]);
         let kept = c.distance(c_next).powi(2) + o.distance(o_next).powi(2);
         let swapped = c.distance(o_next).powi(2) + o.distance(c_next).powi(2);
-        if (c_next.time - c.time) * fps > MAX_SWAP_FRAMES {
+        if times[two[1]] - times[two[0]] > MAX_SWAP_FRAMES {
             continue;
         }
         if swapped < CERTAIN_SWAP * kept {

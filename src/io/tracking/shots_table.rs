@@ -90,7 +90,12 @@ impl<'a> ShotsTable<'a> {
                 file: table.text("file", row).map(str::to_string),
                 labels: rows::labels(&table, &KNOWN, row),
                 names: NAMED.map(|column| names(&table, row, column)),
-                capture_fps: rates.get(row).copied().flatten().map(|rate| rate.value),
+                capture_fps: rates
+                    .get(row)
+                    .copied()
+                    .flatten()
+                    .map(|rate| rate.value)
+                    .filter(|rate| *rate > 0.0),
             };
             if let Some(ShotRow { line, .. }) = all.rows.insert(shot.to_string(), read) {
                 let message = format!("\"{shot}\" also stands in line {line}; expected each shot once");

@@ -1,7 +1,6 @@
 //! Survey of a file of tracks for the draft of a dataset.toml, with a guess of `[tracks.columns]`
 //! for an unknown table.
 
-use std::collections::HashMap;
 use std::fs;
 use std::num::NonZero;
 use std::path::Path;
@@ -10,7 +9,7 @@ use super::column_names::{Column, Columns};
 use super::discs;
 use super::heading::{Heading, Rows, TITLES, headings};
 use super::input::{Context, Notes};
-use super::raw::{RawShot, middle, sorted, span};
+use super::raw::{RawShot, sorted, span};
 use super::read;
 use super::settings::Sections;
 use super::time::followed;
@@ -20,6 +19,7 @@ use crate::io::error::{Problem, Problems};
 use crate::io::number::value;
 use crate::io::text::decode;
 use crate::io::toml_file::Source;
+use crate::numerics::median;
 
 /// Largest angle of a disc in radians, two turns; degrees of a whole turn are 360.
 const MAX_RADIANS: f64 = 4.0 * std::f64::consts::PI;
@@ -82,10 +82,10 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
         return Err(problems);
     }
     let tracks = shots.iter().flat_map(|shot| &shot.tracks).filter(|track| !track.is_angle);
-    let rows: Vec<_> = tracks.flat_map(|track| track.seen()).collect();
-    let sides = [span(rows.iter().map(|row| row.x)), span(rows.iter().map(|row| row.y))];
+    let places: Vec<[f64; 2]> = tracks.flat_map(|track| track.seen()).map(|(_, row)| row.place).collect();
+    let sides = [0, 1].map(|axis| span(places.iter().map(|place| place[axis])));
     let closest_of_shots = sorted(shots.iter().filter_map(closest));
-    let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && discs::are_two(&shot.tracks);
+    let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && discs::are_two(shot);
     Ok(Survey {
         format: format.name(),
         shots: shots.len(),
@@ -106,25 +106,20 @@ fn beginnings(shots: &[RawShot]) -> Vec<(String, f64)> {
     let mut tracks: Vec<(String, Vec<f64>)> = Vec::new();
     for shot in shots {
         for track in shot.tracks.iter().filter(|track| !track.is_angle) {
-            let Some(begin) = discs::beginning(track, &shot.tracks) else { continue };
+            let Some(begin) = shot.beginning(track) else { continue };
             match tracks.iter_mut().find(|(known, _)| *known == track.name) {
                 Some((_, all)) => all.push(begin),
                 None => tracks.push((track.name.clone(), vec![begin])),
             }
         }
     }
-    tracks.into_iter().filter_map(|(name, all)| Some((name, middle(all.into_iter())?))).collect()
+    tracks.into_iter().map(|(name, all)| (name, median(all))).collect()
 }
 
 fn closest(shot: &RawShot) -> Option<f64> {
-    let [first, second] = shot.centres()?;
-    let places: HashMap<u64, [f64; 2]> =
-        first.rows.iter().map(|row| (row.time.to_bits(), row.place())).collect();
-    let distances = second.rows.iter().filter_map(|row| {
-        let [x, y] = places.get(&row.time.to_bits())?;
-        Some((row.x - x).hypot(row.y - y))
-    });
+    let [one, other] = shot.centres()?;
     // NaN in a gap, which `min` ignores
+    let distances = one.rows.iter().zip(&other.rows).map(|(one, other)| one.distance(other));
     Some(distances.fold(f64::INFINITY, f64::min)).filter(|least| least.is_finite())
 }
 

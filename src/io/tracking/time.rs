@@ -1,7 +1,7 @@
 //! The time of each row, from the camera's frame rate and the times of the file.
 
 use super::input::{Log, Subject};
-use super::raw::{RawShot, RawTrack, sorted, span};
+use super::raw::{RawShot, sorted, span};
 use super::settings::TrackSettings;
 use super::units::TimeUnit;
 
@@ -55,17 +55,19 @@ pub(super) fn convert(
         let missing =
             "time is in frames; expected [video] capture_fps, the frames per second that the camera recorded";
         let fps = fps.ok_or(missing)?;
-        if let Some(row) = shot.rows().find(|row| row.time.fract() != 0.0) {
+        if let Some(frame) = shot.times.iter().position(|time| time.fract() != 0.0) {
+            let line = shot.tracks.iter().map(|track| track.rows[frame].line).find(|line| *line > 0);
             return Err(format!(
                 "line {}: frame {} is not a whole number; if it is a time, say [tracks] time_unit",
-                row.line, row.time
+                line.unwrap_or_default(),
+                shot.times[frame]
             ));
         }
-        shot.rows_mut().for_each(|row| row.time /= fps);
+        shot.times.iter_mut().for_each(|time| *time /= fps);
         return Ok(fps);
     };
     let grid = Grid::of(shot, second);
-    shot.rows_mut().for_each(|row| row.time *= second);
+    shot.times.iter_mut().for_each(|time| *time *= second);
     let line = shot.line;
     let note = |message: String| log.add(Subject::Clock, line, message);
     let Some((rate, fps)) = rate.zip(fps) else {
@@ -88,10 +90,9 @@ pub(super) fn convert(
             "{why}; expected [video] capture_fps, the frames per second that the camera recorded"
         ));
     };
-    let repeats = |track: &RawTrack| track.rows.windows(2).any(|two| two[0].time == two[1].time);
-    let is_coarse = grid.resolution > 0.3 / rate && !grid.has_time_per_frame(rate);
-    if is_coarse && shot.tracks.iter().any(repeats) {
-        count_rows(shot, &grid, [rate, fps])?;
+    let repeats = grid.times.len() < shot.times.len();
+    if repeats && grid.resolution > 0.3 / rate && !grid.has_time_per_frame(rate) {
+        count_frames(shot, &grid, [rate, fps])?;
         let rounding = grid.resolution;
         note(format!("times are rounded to {rounding} s; rebuilt from the number of the row at {fps} fps"));
         return Ok(fps);
@@ -102,16 +103,16 @@ pub(super) fn convert(
 }
 
 fn replace(shot: &mut RawShot, times: &[f64], new: impl Fn(usize) -> f64) {
-    for row in shot.rows_mut() {
-        let i = times.partition_point(|t| *t < row.time);
-        row.time = new(i.min(times.len() - 1));
+    for time in &mut shot.times {
+        let i = times.partition_point(|t| *t < *time);
+        *time = new(i.min(times.len() - 1));
     }
 }
 
 impl Grid {
     /// Returns the grid of times in this unit.
     fn of(shot: &RawShot, second: f64) -> Self {
-        let times = shot.times();
+        let times = shot.instants();
         let resolution = shot.clock.rounding.unwrap_or_else(|| resolution(&times) * second);
         let times: Vec<f64> = times.iter().map(|time| time * second).collect();
         let spacing = spacing(&times, resolution);
@@ -306,20 +307,19 @@ fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: f64) -> Opt
     frames.iter().zip(seconds).position(is_apart)
 }
 
-/// Counts rows if neighbouring frames have the same time on a coarse clock.
-fn count_rows(shot: &mut RawShot, grid: &Grid, [rate, fps]: [f64; 2]) -> Result<(), String> {
-    let times = |track: &RawTrack| track.rows.iter().map(|row| row.time).collect::<Vec<f64>>();
-    let first = shot.tracks.first().map(times).unwrap_or_default();
-    let start = first.first().copied().unwrap_or(0.0);
-    let mut late = first.iter().enumerate().map(|(i, time)| time - start - i as f64 / rate);
-    if !shot.tracks.iter().all(|track| times(track) == first) || !grid.is_rounding(&mut late) {
+/// Counts frames if neighbouring ones have the same time on a coarse clock.
+fn count_frames(shot: &mut RawShot, grid: &Grid, [rate, fps]: [f64; 2]) -> Result<(), String> {
+    let start = shot.times.first().copied().unwrap_or(0.0);
+    let late = shot.times.iter().enumerate().map(|(i, time)| time - start - i as f64 / rate);
+    let are_whole = shot.tracks.iter().all(|track| track.rows.iter().all(|row| row.line > 0));
+    if !are_whole || !grid.is_rounding(late) {
         return Err(format!(
             "times are rounded to {} s, coarser than frames at {rate} fps; expected frame numbers, or times with more digits",
             grid.resolution
         ));
     }
-    for (i, row) in shot.tracks.iter_mut().flat_map(|track| track.rows.iter_mut().enumerate()) {
-        row.time = start * rate / fps + i as f64 / fps;
+    for (i, time) in shot.times.iter_mut().enumerate() {
+        *time = start * rate / fps + i as f64 / fps;
     }
     Ok(())
 }
