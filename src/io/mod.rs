@@ -10,6 +10,7 @@ pub(crate) mod error;
 mod fit_section;
 mod manifest;
 mod number;
+pub(crate) mod positions;
 mod rows;
 pub(crate) mod table;
 mod text;
@@ -30,6 +31,7 @@ use crate::measurement::dataset::{Dataset, Shot};
 pub(crate) use balls::StatedObject;
 pub use error::{DatasetError, Problem};
 pub use manifest::Kind;
+pub use positions::positions;
 pub(crate) use tracking::{Survey, survey};
 
 /// Loads a data set from a folder that holds a dataset.toml, or from the path of such a file.

@@ -42,6 +42,9 @@ pub enum SynthError {
     /// One of its shots cannot be predicted.
     #[error("a shot of this specification cannot be predicted: {0}")]
     Unpredictable(#[from] Unpredictable),
+    /// It has more positions than a table can hold.
+    #[error(transparent)]
+    Table(#[from] polars::error::PolarsError),
     /// The files cannot be written.
     #[error("the folder of temporary files cannot be written: {0}")]
     Write(#[from] std::io::Error),
@@ -87,7 +90,7 @@ pub fn generate_with(spec: &Spec, model: &Model) -> Result<Vec<(&'static str, St
         Kind::Angles => files.push(("shots.csv", maker.angles()?)),
         Kind::Tracks => {
             let shots = maker.tracks()?;
-            files.push(("tracks.csv", tracks::long_csv(&shots)));
+            files.push(("tracks.csv", tracks::long_csv(&shots)?));
             if spec.assumed().is_none() {
                 files.push(("shots.csv", tracks::shots_csv(&shots)));
             }

@@ -3,10 +3,12 @@
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 
+use polars::prelude::{CsvWriter, PolarsResult, SerWriter};
 use rand::Rng;
 
 use super::{Camera, Maker, Played, SynthError, between};
 use crate::extraction::turn;
+use crate::io::positions;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::physics::ball::{Ball, BallState, Vec3};
@@ -168,25 +170,14 @@ impl Maker<'_> {
 }
 
 /// Returns the canonical long CSV, `shot,frame,ball,x,y`, with `point` if there are markers.
-pub(super) fn long_csv(shots: &[(TrackShot, TrueImpact)]) -> String {
+pub(super) fn long_csv(shots: &[(TrackShot, TrueImpact)]) -> PolarsResult<String> {
     let is_marked = shots.iter().any(|(shot, _)| !shot.markers.is_empty());
-    let mut table =
-        String::from(if is_marked { "shot,frame,ball,point,x,y\n" } else { "shot,frame,ball,x,y\n" });
-    for (shot, _) in shots {
-        let centres = [("cue", "centre", &shot.cue), ("object", "centre", &shot.object)];
-        let points = shot.markers.iter().map(|marker| {
-            let ball = if marker.ball == TrackedBall::Cue { "cue" } else { "object" };
-            (ball, marker.name.as_str(), &marker.samples)
-        });
-        for (ball, point, samples) in centres.into_iter().chain(points) {
-            let place = if is_marked { format!("{ball},{point}") } else { ball.to_string() };
-            for Sample { t, x, y, .. } in samples {
-                let frame = (t * shot.fps).round();
-                _ = writeln!(table, "{},{frame},{place},{x:.7},{y:.7}", shot.name);
-            }
-        }
-    }
-    table
+    let columns = ["shot", "frame", "ball", "point", "x", "y"];
+    let columns = columns.into_iter().filter(|column| is_marked || *column != "point");
+    let mut table = positions::of_shots(shots.iter().map(|(shot, _)| shot))?.select(columns)?;
+    let mut bytes = Vec::new();
+    CsvWriter::new(&mut bytes).with_float_precision(Some(7)).finish(&mut table)?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 /// Returns `shots.csv`: the spin that was played.
