@@ -304,7 +304,9 @@ impl<'a> Reader<'a> {
                 log.add(Subject::Clock, line, message);
                 clock = Clock::of(TimeUnit::Frames);
             }
-            shots.iter_mut().for_each(|shot| shot.clock = clock);
+            for shot in &mut shots {
+                shot.clock = clock;
+            }
         }
         shots
     }
