@@ -78,7 +78,6 @@ impl Joint<'_> {
         Ok(comparison)
     }
 
-    /// Returns whether a sample has a quantity.
     pub(super) fn has(&self, quantity: Quantity) -> bool {
         (0..self.samples.fitted.len()).any(|sample| self.sample_has(sample, quantity))
     }
@@ -92,7 +91,6 @@ impl Joint<'_> {
         is_adopted || matches!(quantity, Quantity::Parameter(own) if settings.has(own))
     }
 
-    /// Returns the samples of a label.
     fn of_label(&self, label: usize) -> Vec<usize> {
         let all = self.samples.fitted.iter().enumerate();
         all.filter(|(_, alone)| alone.label == label).map(|(sample, _)| sample).collect()

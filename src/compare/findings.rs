@@ -19,28 +19,17 @@ pub(crate) enum Finding {
     /// The data do not determine all unknowns together: there are no errors.
     Undetermined,
     /// The fit of one sample alone found this.
-    OfSample {
-        /// Index of the sample.
-        sample: usize,
-        /// The finding of its fit.
-        finding: problem::Finding,
-        /// The finding in words.
-        sentence: String,
-    },
+    OfSample { sample: usize, finding: problem::Finding, sentence: String },
     /// The data contradict that a shared quantity is the same for all labels.
     NotShared {
-        /// The quantity.
         quantity: Quantity,
         /// Probability of such a contradiction by chance.
         p_value: f64,
     },
-    /// An estimate is at a bound.
     AtBound {
-        /// The quantity.
         quantity: Quantity,
         /// Its label; `None` if it is shared.
         label: Option<String>,
-        /// The bound.
         bound: f64,
     },
     /// A contact that is compliant along its surface was adopted for all samples together.
@@ -49,17 +38,10 @@ pub(crate) enum Finding {
         fall: f64,
     },
     /// Shots of discs scatter beyond the errors of their frames.
-    Scatter {
-        /// Index of the sample.
-        sample: usize,
-        /// The scatter.
-        scatter: Scatter,
-    },
+    Scatter { sample: usize, scatter: Scatter },
     /// Mass ratios that the labels do not share make up most of the error of a difference.
     MassRatios {
-        /// The quantity.
         quantity: Quantity,
-        /// Standard error of the difference.
         std_error: f64,
         /// Its part from the mass ratios.
         part: f64,

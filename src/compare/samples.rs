@@ -18,7 +18,6 @@ pub(super) struct Alone {
     /// Its part of the data set.
     pub(crate) dataset: Dataset,
     pub(crate) settings: Settings,
-    /// Its fit.
     pub(crate) solution: Arc<Solution>,
     /// Index of its sample among the summaries, and of its label.
     pub(crate) sample: usize,
@@ -35,7 +34,6 @@ pub(super) struct Alone {
 pub(super) struct Samples<'a> {
     pub(crate) options: &'a Options,
     pub(crate) told_by: String,
-    /// Whether labels are cloths.
     pub(crate) by_cloth: bool,
     pub(crate) labels: Vec<String>,
     pub(crate) fitted: Vec<Alone>,

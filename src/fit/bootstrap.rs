@@ -14,9 +14,7 @@ use crate::problem::{Id, ShotInfluence, Solution};
 /// Intervals from resampled shots.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Bootstrap {
-    /// Number of samples.
     pub(crate) replicates: usize,
-    /// Seed of the random numbers.
     pub(crate) seed: u64,
     /// Number of samples that could not be fitted or do not determine a parameter; they are left
     /// out.
@@ -34,7 +32,6 @@ fn by_parameter<S: Serializer>(estimates: &[Resampled], serializer: S) -> Result
 /// A parameter over the samples of a bootstrap.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Resampled {
-    /// The parameter.
     #[serde(skip)]
     pub(crate) parameter: Parameter,
     /// Standard deviation of the estimates.

@@ -32,7 +32,6 @@ pub struct FoundCamera {
     pub(crate) unit: f64,
     /// How many shots it was found from.
     pub(crate) shots: usize,
-    /// Whether the corrections converged.
     pub(crate) converged: bool,
     /// The correlation of the noise of neighbouring frames; `None` if the frames do not determine
     /// it.

@@ -41,7 +41,6 @@ pub(super) struct Tested {
     /// χ² and its degrees of freedom.
     pub(crate) chi2: f64,
     pub(crate) dof: f64,
-    /// Whether the noise is stated.
     pub(crate) is_stated: bool,
     /// Independent residuals over their standard deviations.
     pub(crate) standardized: Vec<f64>,

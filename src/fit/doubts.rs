@@ -32,18 +32,15 @@ const MIN_RESIDUAL: f64 = 1e-6;
 /// Something to know of a fit.
 #[derive(Clone, Debug)]
 pub(crate) struct Remark {
-    /// Its subject.
     pub(crate) about: About,
     /// How far it affects the trust in the fit.
     pub(crate) severity: Severity,
-    /// Its sentence, for a reader.
     pub(crate) sentence: String,
 }
 
 /// The subject of a remark, as data.
 #[derive(Clone, Debug)]
 pub(crate) enum About {
-    /// A finding of the search.
     Found(Finding),
     /// The kind of what follows from the results.
     Kind(&'static str),

@@ -11,7 +11,6 @@ use crate::problem::{FittedFrame, Id, Impact, OwnEstimate, Solution};
 /// The shots of a film with the fit of their frames.
 #[derive(Clone, Debug)]
 pub(crate) struct FittedFilm {
-    /// The fit.
     pub(crate) solution: Arc<Solution>,
     /// The sources of the shots of the fit, in its order.
     tracks: Arc<Vec<TrackShot>>,
@@ -22,7 +21,6 @@ pub(crate) struct FittedFilm {
 /// The frames of one shot against the fit.
 #[derive(Clone, Debug)]
 pub(crate) struct OfShot {
-    /// The name of the shot.
     pub(crate) shot: String,
     /// Cut angle, radians.
     pub(crate) cut: f64,

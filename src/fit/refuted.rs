@@ -36,7 +36,6 @@ pub(crate) struct MeasuredRestitution {
     /// The mean over the shots, each weighted by its own error and the scatter between shots.
     #[serde(rename = "estimate")]
     pub(crate) value: f64,
-    /// The standard error of the mean.
     pub(crate) std_error: f64,
     #[serde(rename = "scatter_between_shots")]
     /// The standard deviation between shots, beyond their own errors; 0 for a single shot.

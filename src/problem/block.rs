@@ -11,11 +11,8 @@ use super::unknowns::{Own, Shared};
 /// The data of one sample.
 #[derive(Clone)]
 pub(crate) enum Block {
-    /// Frames of balls.
     Film(FilmBlock),
-    /// Frames of discs.
     Discs(DiscBlock),
-    /// Tables of velocities or angles.
     Rows(RowsBlock),
 }
 

@@ -21,7 +21,9 @@ pub(crate) enum Severity {
 /// what balls that touch or an exposure do to positions is similar before and after.
 const LATE: usize = 2;
 
-/// A finding of a fit.
+/// A finding of a fit. `shots` and `of` are numbers of shots, those that the finding is of and all;
+/// `sd` is a standard error, `fall` the decrease of −2 log L with what was found, and `adopted` whether
+/// the estimates include it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub(crate) enum Finding {
@@ -33,38 +35,19 @@ pub(crate) enum Finding {
         stated: bool,
     },
     /// The stated frame rate is one at which films are played, and something else is wrong.
-    Playback {
-        /// Frames per second.
-        fps: f64,
-    },
+    Playback { fps: f64 },
     /// The camera dropped frames that the numbers do not show; the others were moved in time.
-    Drops {
-        /// Number of shots.
-        shots: usize,
-        /// Number of drops.
-        drops: usize,
-    },
+    Drops { shots: usize, drops: usize },
     /// Cue balls come off a cushion or are struck before the impact: their frames up to there are
     /// left out.
-    Corners {
-        /// Number of shots.
-        shots: usize,
-        /// Number of all shots.
-        of: usize,
-    },
+    Corners { shots: usize, of: usize },
     /// A ball meets a cushion or another ball after the impact: its frames from there on are left
     /// out.
-    Ends {
-        /// Number of shots.
-        shots: usize,
-        /// Number of all shots.
-        of: usize,
-    },
+    Ends { shots: usize, of: usize },
     /// The noise lasts from frame to frame.
     NoiseLasts {
         /// Correlation of neighbouring frames.
         rho: f64,
-        /// Its standard error.
         sd: f64,
     },
     /// Neighbouring frames scatter by more than the stated noise, which is not used; or by less.
@@ -72,67 +55,32 @@ pub(crate) enum Finding {
         /// Their scatter over the stated noise.
         times: f64,
     },
-    /// Frames next to the impacts are off in all shots, and left out.
-    Spoiled {
-        /// Number of frames before each impact.
-        before: usize,
-        /// Number of frames after it.
-        after: usize,
-    },
+    /// Frames next to the impacts are off in all shots, so many before and after, and left out.
+    Spoiled { before: usize, after: usize },
     /// Both balls are off their paths in the first frames after the impacts, and not before: the
     /// tracker lags.
     Lags,
     /// A contact that is compliant along its surface.
-    Compliance {
-        /// κ.
-        kappa: f64,
-        /// Number of shots in which it shows.
-        shots: usize,
-        /// Decrease of −2 log L.
-        fall: f64,
-        /// Whether it was adopted.
-        adopted: bool,
-    },
+    Compliance { kappa: f64, shots: usize, fall: f64, adopted: bool },
     /// The effect of weight and cloth during the contact.
-    Weight {
-        /// Number of shots on which they act.
-        shots: usize,
-        /// Decrease of −2 log L.
-        fall: f64,
-        /// Whether it was adopted.
-        adopted: bool,
-    },
+    Weight { shots: usize, fall: f64, adopted: bool },
     /// The frames contradict what is stated or known of a quantity, whose prior was then left out.
     Conflict {
-        /// The quantity.
         id: Id,
-        /// Its stated value.
         stated: f64,
         /// Its estimate from the frames alone.
         estimate: f64,
-        /// Standard error of the estimate.
         sd: f64,
         /// Difference in its standard deviations.
         size: f64,
     },
     /// An effect that the model left out explains residuals; it was then let in.
-    Cause {
-        /// The effect's unknown.
-        id: Id,
-        /// Its estimate.
-        estimate: f64,
-        /// Standard error of the estimate.
-        sd: f64,
-        /// Decrease of −2 log L.
-        fall: f64,
-    },
+    Cause { id: Id, estimate: f64, sd: f64, fall: f64 },
     /// The cue balls do not spin as stated; their spins were then found from the frames.
     Spins {
-        /// Decrease of −2 log L.
         fall: f64,
         /// Mean topspin of the shots that slide, over natural roll; 1 without such shots.
         topspin: f64,
-        /// Number of shots that slide.
         sliding: usize,
     },
     /// The frames scatter about the paths by more than their noise. If the model does not describe
@@ -144,24 +92,11 @@ pub(crate) enum Finding {
         refutes: bool,
     },
     /// The frames determine a wanted unknown less well than it is known without them.
-    Undetermined {
-        /// The unknown.
-        id: Id,
-        /// Its standard error.
-        sd: f64,
-    },
+    Undetermined { id: Id, sd: f64 },
     /// A wanted unknown is at a bound.
-    AtBound {
-        /// The unknown.
-        id: Id,
-        /// The bound.
-        bound: f64,
-    },
+    AtBound { id: Id, bound: f64 },
     /// Shots whose frames fit no collision were left out.
-    LostShots {
-        /// Their names.
-        names: Vec<String>,
-    },
+    LostShots { names: Vec<String> },
     /// The descent did not end at a minimum.
     NotConverged,
 }

@@ -25,7 +25,6 @@ pub(crate) struct Frame {
     /// Square root of the part of an observation that each coordinate is, over its standard
     /// deviation in units of the film's noise.
     pub(crate) weight: Point,
-    /// Whether the frame is used.
     pub(crate) used: bool,
 }
 
@@ -57,7 +56,6 @@ impl<const C: usize, const I: usize> Piece<C, I> {
 
 /// A frame as the model predicts it, whitened.
 pub(crate) struct Sight<const R: usize> {
-    /// Index of the frame in its track.
     pub(crate) index: usize,
     /// s
     pub(crate) time: f64,

@@ -59,7 +59,6 @@ pub struct ParameterEstimate {
     /// The 95 % interval within the bounds; at an active bound it is one-sided. It is that of the
     /// profile if the two of `intervals` differ by more than a tenth, else that of the Hessian.
     pub interval_95: Option<[f64; 2]>,
-    /// Both intervals.
     pub(crate) intervals: IntervalPair,
     /// The standard error if the parameters at their bounds were known to be there, if it differs
     /// from `std_error`.
@@ -160,9 +159,7 @@ pub(crate) struct Known<'a> {
     pub(crate) undetermined: Vec<Id>,
     /// `None` if the noise is not known.
     pub(crate) quantiles: Option<Quantiles>,
-    /// Other minima.
     pub(crate) others: &'a [Evaluation],
-    /// Whether profiles are followed.
     pub(crate) profiles: bool,
 }
 

@@ -14,7 +14,6 @@ use crate::measurement::observable::{Axis, Observable};
 /// centres, and of the object ball, m/s.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Offsets {
-    /// The estimate.
     pub(crate) values: Vector4<f64>,
     /// Its covariance, the shared unknowns as they are.
     pub(crate) covariance: Matrix4<f64>,
@@ -36,7 +35,6 @@ pub(crate) struct Slope {
 
 /// The score of a shift of the outcome of one shot by a standard deviation.
 pub(crate) struct ShiftScore {
-    /// Its square.
     pub(crate) square: f64,
     /// Its product with the residuals.
     pub(crate) along: f64,

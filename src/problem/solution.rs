@@ -23,9 +23,7 @@ const MAX_STEPS: usize = 40;
 /// The estimate of a shared unknown.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Estimate {
-    /// The unknown.
     pub(crate) id: Id,
-    /// Its estimate.
     pub(crate) value: f64,
     /// Its standard error; `None` at a bound.
     pub(crate) std_error: Option<f64>,
@@ -67,7 +65,6 @@ pub(crate) struct Solution {
     pub(crate) names: Vec<Vec<String>>,
     /// Names and reasons of the shots that are not in the data.
     pub(crate) left_out: Vec<(String, String)>,
-    /// Evaluations of all data.
     pub(crate) evaluations: usize,
     /// Whether the descent ended at a minimum.
     pub(crate) converged: bool,

@@ -90,7 +90,6 @@ pub(crate) struct Contribution {
     pub(crate) cost: f64,
     /// Sums of each noise of the block.
     pub(crate) noises: Vec<NoiseSums>,
-    /// Whether the contact stuck.
     pub(crate) sticks: bool,
     /// Own unknowns that are held.
     pub(crate) held: Vec<bool>,

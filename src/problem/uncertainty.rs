@@ -14,7 +14,6 @@ const LEAST_INFORMATION: f64 = 1e-3;
 /// on, are not among them.
 #[derive(Clone)]
 pub(crate) struct Estimates {
-    /// Columns of the problem.
     pub(crate) columns: Vec<usize>,
     pub(crate) covariance: DMatrix<f64>,
 }
@@ -22,11 +21,8 @@ pub(crate) struct Estimates {
 /// The effect of freeing a tested unknown, to first order.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Score {
-    /// The unknown.
     pub(crate) id: Id,
-    /// Decrease of χ².
     pub(crate) fall: f64,
-    /// Its estimate.
     pub(crate) estimate: f64,
     /// Standard error of the estimate.
     pub(crate) sd: f64,
@@ -36,18 +32,14 @@ pub(crate) struct Score {
 /// away.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Share {
-    /// The nuisance parameter.
     pub(crate) nuisance: Id,
-    /// Variance.
     pub(crate) variance: f64,
 }
 
 /// A prior against what the frames show without it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Conflict {
-    /// The unknown.
     pub(crate) id: Id,
-    /// Its estimate without the prior.
     pub(crate) estimate: f64,
     /// Difference in its standard deviations.
     pub(crate) size: f64,

@@ -140,7 +140,6 @@ impl From<Parameter> for Id {
 /// How an unknown takes part in a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Mode {
-    /// Estimated.
     Free,
     /// Held at its start.
     Fixed,
@@ -151,9 +150,7 @@ pub(crate) enum Mode {
 /// A normal distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Normal {
-    /// Mean.
     pub(crate) mean: f64,
-    /// Standard deviation.
     pub(crate) sd: f64,
 }
 

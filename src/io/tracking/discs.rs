@@ -120,7 +120,6 @@ fn groups(points: &[Path]) -> Vec<Vec<usize>> {
     groups
 }
 
-/// Returns the distances in the frames of both.
 fn distances(one: &Path, other: &Path) -> Vec<f64> {
     let both = one.iter().zip(other).filter_map(|(one, other)| (*one).zip(*other));
     both.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).collect()

@@ -113,7 +113,6 @@ pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<usize>, S
 
 /// A file of one track, and which ball it is.
 struct Single {
-    /// Index among the shots.
     index: usize,
     is_object: bool,
     /// The file's name without the ball's name.

@@ -134,7 +134,6 @@ pub(super) struct RawTrack {
     pub(crate) is_angle: bool,
     /// Its part in the shot, once it is assigned.
     pub(crate) role: Option<Role>,
-    /// A row for each frame.
     pub(crate) rows: Vec<Row>,
 }
 

@@ -62,7 +62,6 @@ pub(crate) struct Film<B> {
     pub(crate) block: B,
     pub(crate) unknowns: Vec<Unknown>,
     pub(crate) own: Vec<Own>,
-    /// Names of the shots of the block.
     pub(crate) names: Vec<String>,
     /// Names and reasons of the others.
     pub(crate) left_out: Vec<(String, String)>,

@@ -54,7 +54,6 @@ pub(crate) struct Filming {
     pub(crate) topspin_sd: f64,
     /// Frames per second.
     pub(crate) fps: f64,
-    /// Number of frames.
     pub(crate) frames: usize,
     /// Standard deviation of a coordinate, m.
     pub(crate) sd: f64,

@@ -139,9 +139,7 @@ pub(crate) struct Motion {
 pub(crate) struct OwnEstimate {
     /// Its column in tables, in the unit of its name; velocities m/s.
     pub(crate) column: &'static str,
-    /// The estimate.
     pub(crate) value: f64,
-    /// Standard error.
     pub(crate) sd: f64,
 }
 

@@ -13,7 +13,6 @@ use crate::problem::unknowns::{Own, PHYSICS, Shared};
 
 /// Numbers of one shot less their prediction from its measured inputs.
 pub(crate) struct Deviations {
-    /// The observables.
     pub(crate) observables: Vec<Observable>,
     /// Measured numbers, SI and radians.
     pub(crate) measured: Vec<f64>,

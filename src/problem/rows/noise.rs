@@ -18,7 +18,6 @@ const VANISHES: f64 = 1.0 + 1e-6;
 /// Noise of the numbers of a table whose errors are not stated.
 #[derive(Clone, Debug)]
 pub(crate) struct TableNoise {
-    /// The observables that have it.
     pub(crate) observables: Vec<Observable>,
     /// Standard deviation, SI or radians.
     pub(crate) sd: f64,

@@ -41,11 +41,8 @@ const BESIDE: f64 = 1e-5;
 
 /// The fit of a table.
 pub(crate) struct RowsFit {
-    /// The minimum.
     pub(crate) solution: Solution,
-    /// Estimates of the parameters.
     pub(crate) estimates: Vec<ParameterEstimate>,
-    /// Noises that were estimated.
     pub(crate) noises: Vec<TableNoise>,
     /// Degrees of freedom of Student's t; `None` if all errors are stated.
     pub(crate) dof: Option<f64>,
