@@ -1,8 +1,15 @@
-//! The text of a drafted dataset.toml: its keys, and the blanks that only the user can fill in.
+//! The text of a drafted dataset.toml: parts of a template, and the blanks that only the user can
+//! fill in.
 
 use std::path::PathBuf;
 
 use toml::Value;
+
+/// Parts of a dataset.toml, each below a line with @ and its name.
+const TEMPLATE: &str = include_str!("draft.toml");
+
+/// Beginning of the comment of a key that the user has to state.
+const FILL_IN: &str = "FILL IN: ";
 
 /// A dataset.toml that was drafted.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,41 +28,54 @@ pub(crate) struct Draft {
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Line {
+pub(super) struct Line {
     /// Empty for a comment and for a section's title.
-    key: String,
-    value: String,
-    comment: String,
+    pub(super) key: String,
+    /// The value as TOML writes it.
+    pub(super) value: String,
+    pub(super) comment: String,
     /// Whether it is commented out, for the user to state.
-    is_open: bool,
-    /// The name of what the user has to fill in.
-    blank: Option<&'static str>,
+    pub(super) is_open: bool,
 }
 
-/// Placeholders of a number and of a text to be filled in.
-pub(super) const NUMBER: &str = "…";
-pub(super) const TEXT: &str = "\"…\"";
+impl Line {
+    /// Returns a line of the template.
+    fn of(text: &str) -> Self {
+        let bare = text.strip_prefix("# ").unwrap_or(text);
+        match bare.split_once(" = ") {
+            Some((key, rest)) if !key.contains(' ') => {
+                let (value, comment) = rest.split_once(" # ").unwrap_or((rest, ""));
+                let (key, value, comment) = (key.to_owned(), value.trim().to_owned(), comment.to_owned());
+                Self { key, value, comment, is_open: bare != text }
+            }
+            _ => Self { comment: text.to_owned(), ..Self::default() },
+        }
+    }
+
+    fn text(&self) -> String {
+        let Self { key, value, comment, is_open } = self;
+        let mark = if *is_open { "# " } else { "" };
+        match (key.is_empty(), comment.is_empty()) {
+            (true, _) => format!("{comment}\n"),
+            (false, true) => format!("{mark}{key} = {value}\n"),
+            (false, false) => format!("{:<28} # {comment}\n", format!("{mark}{key} = {value}")),
+        }
+    }
+}
 
 impl Draft {
-    pub(super) fn line(&mut self, text: impl Into<String>) {
-        self.lines.push(Line { comment: text.into(), ..Line::default() });
+    /// Adds a part of the template, in which `words` stand for names in braces.
+    pub(super) fn add(&mut self, part: &str, words: &[(&str, &str)]) {
+        let parts = TEMPLATE.split('@').filter_map(|text| text.split_once('\n'));
+        let lines = parts.filter(|(name, _)| *name == part).flat_map(|(_, text)| text.lines());
+        self.lines.extend(lines.map(|line| {
+            let fill = |line: String, (name, word): &(&str, &str)| line.replace(&format!("{{{name}}}"), word);
+            Line::of(&words.iter().fold(line.to_owned(), fill))
+        }));
     }
 
-    /// Adds a key with its value as TOML writes it, and a comment if it is not empty.
-    pub(super) fn state(&mut self, key: &str, value: impl Into<String>, comment: impl Into<String>) {
-        let (key, value, comment) = (key.to_owned(), value.into(), comment.into());
-        self.lines.push(Line { key, value, comment, ..Line::default() });
-    }
-
-    /// Adds a key that the user may state, as a comment.
-    pub(super) fn suggest(&mut self, key: &str, value: impl Into<String>, comment: impl Into<String>) {
-        let (key, value, comment) = (key.to_owned(), value.into(), comment.into());
-        self.lines.push(Line { key, value, comment, is_open: true, blank: None });
-    }
-
-    pub(super) fn blank(&mut self, name: &'static str, key: &str, value: &str, why: impl AsRef<str>) {
-        let (key, value, comment) = (key.to_owned(), value.to_owned(), format!("FILL IN: {}", why.as_ref()));
-        self.lines.push(Line { key, value, comment, is_open: true, blank: Some(name) });
+    pub(super) fn push(&mut self, line: Line) {
+        self.lines.push(line);
     }
 
     pub(super) fn find(&mut self, sentence: impl Into<String>) {
@@ -64,26 +84,32 @@ impl Draft {
 
     /// Returns the text of the dataset.toml.
     pub(crate) fn text(&self) -> String {
-        let line = |Line { key, value, comment, is_open, .. }: &Line| {
-            let mark = if *is_open { "# " } else { "" };
-            match (key.is_empty(), comment.is_empty()) {
-                (true, _) => format!("{comment}\n"),
-                (false, true) => format!("{mark}{key} = {value}\n"),
-                (false, false) => format!("{:<28} # {comment}\n", format!("{mark}{key} = {value}")),
-            }
-        };
-        self.lines.iter().map(line).collect()
+        self.lines.iter().map(Line::text).collect()
     }
 
     /// Returns the names of what has to be filled in.
-    pub(crate) fn blanks(&self) -> Vec<&'static str> {
-        self.lines.iter().filter_map(|line| line.blank).collect()
+    pub(crate) fn blanks(&self) -> Vec<&str> {
+        let blanks = self.lines.iter().filter(|line| line.is_open && line.comment.starts_with(FILL_IN));
+        let keys = blanks.map(|line| line.key.as_str());
+        let named = keys.map(|key| match key {
+            "assume" => "cue_spin",
+            "cue" => "which ball is which",
+            "t" => "which column is what",
+            key => key,
+        });
+        named.collect()
     }
 
     /// States a key of the draft, whether stated, suggested or blank.
     pub(crate) fn set(&mut self, key: &str, value: impl Into<Value>) {
+        self.state(key, value, "");
+    }
+
+    /// States a key of the draft, with a comment if it is not empty.
+    pub(super) fn state(&mut self, key: &str, value: impl Into<Value>, comment: &str) {
         if let Some(line) = self.lines.iter_mut().find(|line| line.key == key) {
-            *line = Line { key: key.to_owned(), value: value.into().to_string(), ..Line::default() };
+            let (key, value, comment) = (key.to_owned(), value.into().to_string(), comment.to_owned());
+            *line = Line { key, value, comment, is_open: false };
         }
     }
 
@@ -111,8 +137,4 @@ impl Draft {
             self.set("y_axis", "down");
         }
     }
-}
-
-pub(super) fn quoted(text: &str) -> String {
-    Value::from(text).to_string()
 }

@@ -27,24 +27,23 @@ pub(crate) type Column = (&'static str, f64, Condition);
 /// Returns a column with its standard deviations; `None` if it is missing. Complains about values
 /// that are out of its range, and standard deviations that are not positive.
 pub(crate) fn values(table: &Table, (name, unit_si, range): Column) -> Option<Values> {
-    let values = table.numbers(name)?;
     let sd_name = format!("{name}_sd");
-    let sds = table.numbers(&sd_name).unwrap_or_else(|| vec![None; values.len()]);
-    let is_wrong = |number: f64, condition| Fault::of_number(name, number * unit_si, condition).is_some();
-    let measured = |(row, (value, sd)): (usize, (Option<f64>, Option<f64>))| {
-        let text = |column: &str| table.text(column, row).unwrap_or_default();
-        if value.is_some_and(|value| is_wrong(value, range)) {
-            let message = format!("{} is out of range; expected {}", text(name), range.1);
-            table.wrong(row, name, message);
+    let [numbers, sds] = [(name, range), (&sd_name, POSITIVE)].map(|(column, condition)| {
+        let mut numbers = table.numbers(column)?;
+        for (row, number) in numbers.iter_mut().enumerate() {
+            // a standard deviation may become 0 in radians
+            *number = number.map(|number| number * unit_si);
+            if number.is_some_and(|number| Fault::of_number(column, number, condition).is_some()) {
+                let text = table.text(column, row).unwrap_or_default();
+                let is = if column == name { "out of range" } else { "not a standard deviation" };
+                table.wrong(row, column, format!("{text} is {is}; expected {}", condition.1));
+            }
         }
-        // also if it becomes 0 in radians
-        if sd.is_some_and(|sd| is_wrong(sd, POSITIVE)) {
-            let message = format!("{} is not a standard deviation; expected more than 0", text(&sd_name));
-            table.wrong(row, sd_name.as_str(), message);
-        }
-        Some(Measured { value: value? * unit_si, sd: sd.map(|sd| sd * unit_si) })
-    };
-    Some(values.into_iter().zip(sds).enumerate().map(measured).collect())
+        Some(numbers)
+    });
+    let sd = |row: usize| sds.as_ref().and_then(|sds| sds[row]);
+    let measured = |(row, value): (usize, Option<f64>)| Some(Measured { value: value?, sd: sd(row) });
+    Some(numbers?.into_iter().enumerate().map(measured).collect())
 }
 
 /// The columns of a table of one kind of data.
@@ -91,9 +90,11 @@ pub(crate) fn shots(table: &Table, kind: Kind, assume: Option<Assume>, by: Optio
     known.extend(layout.spin);
     known.extend(layout.observables.iter().map(|observable| observable.column()));
     check_names(table, &known, layout.required);
-    let inputs: Vec<Option<Values>> = layout.before.iter().map(|column| values(table, *column)).collect();
+    let before: Vec<Values> =
+        layout.before.iter().map(|column| values(table, *column).unwrap_or_default()).collect();
     let observed = observed(table, layout.observables);
-    if observed.is_empty() && kind == Kind::Angles {
+    let columns: Vec<&str> = observed.iter().map(|(observable, _)| observable.column()).collect();
+    if columns.is_empty() && kind == Kind::Angles {
         let names = Observable::ANGLES.map(Observable::column);
         let labels = table.names().filter(|name| !known.contains(name));
         let near = labels.filter_map(|name| Some((name, nearest(name, names)?)));
@@ -106,29 +107,25 @@ pub(crate) fn shots(table: &Table, kind: Kind, assume: Option<Assume>, by: Optio
     let spins = spins(table, layout.spin, assume);
     let mut shots = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {
-        let inputs: Vec<Option<Measured>> =
-            inputs.iter().map(|values| values.as_ref().and_then(|values| values[row])).collect();
-        let before = match *inputs {
+        if !columns.is_empty() && columns.iter().all(|name| table.is_gap(name, row)) {
+            let expected = columns.join(" or ");
+            table.wrong(row, None, format!("no observed value in this row; expected a value in {expected}"));
+        }
+        let before: Vec<_> = before.iter().map(|values| values.get(row).copied().flatten()).collect();
+        let before = match *before {
             [cut, speed] => cut.map(|cut| Before::Angle { cut, speed }),
             [Some(nx), Some(ny), Some(vx), Some(vy)] => Some(impact(table, row, [nx, ny], [vx, vy])),
             _ => None,
         };
+        let (Some(before), Some(spin)) = (before, spins.get(row).copied().flatten()) else { continue };
         let after = observed.iter().filter_map(|(observable, values)| {
             Some(Measurement { observable: *observable, measured: values[row]? })
         });
-        let after: Vec<Measurement> = after.collect();
-        let names: Vec<_> = observed.iter().map(|(observable, _)| observable.column()).collect();
-        if !names.is_empty() && names.iter().all(|name| table.is_gap(name, row)) {
-            let message =
-                format!("no observed value in this row; expected a value in {}", names.join(" or "));
-            table.wrong(row, None, message);
-        }
-        let (Some(before), Some(spin)) = (before, spins.get(row).copied().flatten()) else { continue };
         let mut labels = labels(table, &known, row);
         labels.extend(by.map(|by| (by.to_owned(), table.text(by, row).unwrap_or_default().to_owned())));
         let name = table.text("shot", row).unwrap_or_default();
         let (file, line) = (table.path.clone(), table.line(row));
-        shots.push(Shot { file, line, labels, ..Shot::new(name, before, spin, after) });
+        shots.push(Shot { file, line, labels, ..Shot::new(name, before, spin, after.collect()) });
     }
     shots
 }
@@ -166,48 +163,20 @@ fn observed(table: &Table, known: &[Observable]) -> Vec<(Observable, Values)> {
         let name = observable.column();
         let Some(values) = values(table, (name, observable.unit_si(), FINITE)) else { continue };
         let sd_name = format!("{name}_sd");
-        let full = (0..table.rows()).filter(|row| values[*row].is_some());
-        let (with, without): (Vec<_>, Vec<_>) = full.partition(|row| !table.is_gap(&sd_name, *row));
-        if let (Some(with), Some(without)) = (with.first(), without.first()) {
+        let has_sd = |row: &usize| !table.is_gap(&sd_name, *row);
+        let mut full = (0..table.rows()).filter(|row| values[*row].is_some());
+        if let Some(with) = full.clone().find(has_sd)
+            && let Some(without) = full.find(|row| !has_sd(row))
+        {
             let message = format!(
                 "is empty, but line {} has one; give a standard deviation for every {name} or for none",
-                table.line(*with)
+                table.line(with)
             );
-            table.wrong(*without, sd_name.as_str(), message);
+            table.wrong(without, sd_name.as_str(), message);
         }
         found.push((*observable, values));
     }
     found
-}
-
-/// Returns the spin of every row: a word, three numbers, or the assumption of dataset.toml; `None`
-/// for rows with problems, an empty list if the columns are wrong.
-fn spins(table: &Table, columns: [&'static str; 3], assume: Option<Assume>) -> Vec<Option<Spin>> {
-    let all = columns.join(", ");
-    let has_none = !columns.into_iter().any(|column| table.has(column));
-    let has_words = table.has("cue_spin");
-    if has_none && !has_words && matches!(assume, None | Some(Assume::Measured)) {
-        let said = if assume.is_none() {
-            "the cue ball's spin is not stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
-             \"unknown\" in dataset.toml, a column cue_spin, or"
-        } else {
-            "[cue_spin] says that the spin is measured; expected"
-        };
-        table.wrong_name(None, format!("{said} columns {all}"));
-        return Vec::new();
-    }
-    let Some(stated) = stated_spins(table, columns, assume) else { return Vec::new() };
-    let column = if has_words { "cue_spin" } else { columns[0] };
-    let spin = |(row, stated): (usize, Option<StatedSpin>)| {
-        let message = match stated? {
-            StatedSpin::Is(spin) => return Some(spin),
-            StatedSpin::Measured => format!("the spin is said to be measured; expected values in {all}"),
-            StatedSpin::Unstated => "is empty, and dataset.toml has no [cue_spin]; expected a spin".into(),
-        };
-        table.wrong(row, column, message);
-        None
-    };
-    stated.into_iter().enumerate().map(spin).collect()
 }
 
 /// Columns of a measured spin, rad/s.
@@ -222,13 +191,50 @@ pub(crate) enum StatedSpin {
     Unstated,
 }
 
-/// Returns the statement of each row, `None` for a wrong one; `None` if some of the columns are
-/// missing.
+impl StatedSpin {
+    pub(crate) fn of(assume: Option<Assume>) -> Self {
+        assume.map_or(Self::Unstated, |assume| assume.spin().map_or(Self::Measured, Self::Is))
+    }
+}
+
+/// Returns the spin of every row: a word, three numbers, or the assumption of dataset.toml; `None`
+/// for rows with problems, an empty list if the columns are wrong.
+fn spins(table: &Table, columns: [&'static str; 3], assume: Option<Assume>) -> Vec<Option<Spin>> {
+    let all = columns.join(", ");
+    let has_words = table.has("cue_spin");
+    let missing = match StatedSpin::of(assume) {
+        _ if has_words || columns.into_iter().any(|column| table.has(column)) => None,
+        StatedSpin::Is(_) => None,
+        StatedSpin::Measured => Some("[cue_spin] says that the spin is measured; expected"),
+        StatedSpin::Unstated => Some(
+            "the cue ball's spin is not stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
+             \"unknown\" in dataset.toml, a column cue_spin, or",
+        ),
+    };
+    if let Some(missing) = missing {
+        table.wrong_name(None, format!("{missing} columns {all}"));
+        return Vec::new();
+    }
+    let column = if has_words { "cue_spin" } else { columns[0] };
+    let spin = |(row, stated): (usize, Option<StatedSpin>)| {
+        let message = match stated? {
+            StatedSpin::Is(spin) => return Some(spin),
+            StatedSpin::Measured => format!("the spin is said to be measured; expected values in {all}"),
+            StatedSpin::Unstated => "is empty, and dataset.toml has no [cue_spin]; expected a spin".into(),
+        };
+        table.wrong(row, column, message);
+        None
+    };
+    stated_spins(table, columns, assume).into_iter().enumerate().map(spin).collect()
+}
+
+/// Returns the statement of each row, `None` for a wrong one; an empty list if some of the columns
+/// are missing.
 pub(crate) fn stated_spins(
     table: &Table,
     columns: [&'static str; 3],
     assume: Option<Assume>,
-) -> Option<Vec<Option<StatedSpin>>> {
+) -> Vec<Option<StatedSpin>> {
     let all = columns.join(", ");
     let missing: Vec<&str> = columns.into_iter().filter(|column| !table.has(column)).collect();
     if (1..3).contains(&missing.len()) {
@@ -236,24 +242,28 @@ pub(crate) fn stated_spins(
             let message = format!("is missing from the column names; expected all three of {all}");
             table.wrong_name(column, message);
         }
-        return None;
+        return Vec::new();
     }
     let numbers = columns.map(|column| values(table, (column, 1.0, FINITE)));
     let stated = |row: usize| {
-        let word = spin_word(table, row).ok()?;
+        let word = table.text("cue_spin", row);
+        let known =
+            word.and_then(|word| Assume::ALL.into_iter().find(|one| one.name().eq_ignore_ascii_case(word)));
         let empty: Vec<&str> = columns.into_iter().filter(|column| table.is_gap(column, row)).collect();
-        let (column, message) = match (empty.len(), word) {
-            (0, None | Some(Assume::Measured)) => {
+        let (column, message) = match (empty.len(), word, known) {
+            (_, Some(word), None) => {
+                let names = Assume::ALL.map(Assume::name);
+                let near = did_you_mean(word, names);
+                ("cue_spin", format!("\"{word}\" is not a spin{near}; expected {}", names.join(", ")))
+            }
+            (0, _, None | Some(Assume::Measured)) => {
                 let components = numbers.each_ref().map(|values| values.as_ref()?[row]);
                 let [Some(x), Some(y), Some(z)] = components else { return None };
                 let spin = Vec3::new(x.value, y.value, z.value);
                 return Some(StatedSpin::Is(Spin::Measured { spin, sd: [x.sd, y.sd, z.sd] }));
             }
-            (3, word) => {
-                let Some(said) = word.or(assume) else { return Some(StatedSpin::Unstated) };
-                return Some(said.spin().map_or(StatedSpin::Measured, StatedSpin::Is));
-            }
-            (0, Some(word)) => {
+            (3, ..) => return Some(StatedSpin::of(known.or(assume))),
+            (0, _, Some(word)) => {
                 ("cue_spin", format!("\"{}\", but {all} have values; expected only one", word.name()))
             }
             _ => (empty[0], "is empty; expected all three components of the spin or none".to_string()),
@@ -261,22 +271,7 @@ pub(crate) fn stated_spins(
         table.wrong(row, column, message);
         None
     };
-    Some((0..table.rows()).map(stated).collect())
-}
-
-/// Returns the statement of a row about the cue ball's spin; reports an unknown word (`Err`).
-fn spin_word(table: &Table, row: usize) -> Result<Option<Assume>, ()> {
-    let Some(word) = table.text("cue_spin", row) else { return Ok(None) };
-    let names = Assume::ALL.map(Assume::name);
-    let known = Assume::ALL.into_iter().find(|one| one.name().eq_ignore_ascii_case(word));
-    known.map(Some).ok_or_else(|| {
-        let near = did_you_mean(word, names);
-        table.wrong(
-            row,
-            "cue_spin",
-            format!("\"{word}\" is not a spin{near}; expected {}", names.join(", ")),
-        );
-    })
+    (0..table.rows()).map(stated).collect()
 }
 
 /// Returns the columns that are not inputs or observables, as text.
