@@ -15,17 +15,11 @@ const DISC_INERTIA: Condition = (|x| x > 0.0 && x <= 1.0, "more than 0, at most 
 
 const ELASTIC: Condition = (|x| (0.0..=0.5).contains(&x), "Poisson's ratio, 0 to 0.5");
 
-const RULES: [Rule; 10] = [
-    ("ball.radius_m", POSITIVE),
-    ("ball.radius_m_sd", NOT_NEGATIVE),
-    ("ball.mass_kg", POSITIVE),
-    ("ball.mass_kg_sd", NOT_NEGATIVE),
-    ("ball.poisson", ELASTIC),
-    ("object.radius_m", POSITIVE),
-    ("object.radius_m_sd", NOT_NEGATIVE),
-    ("object.mass_kg", POSITIVE),
-    ("object.mass_kg_sd", NOT_NEGATIVE),
-    ("object.inertia", INERTIA),
+const RULES: [Rule; 4] = [
+    (POSITIVE, "ball.radius_m ball.mass_kg object.radius_m object.mass_kg"),
+    (NOT_NEGATIVE, "ball.radius_m_sd ball.mass_kg_sd object.radius_m_sd object.mass_kg_sd"),
+    (ELASTIC, "ball.poisson"),
+    (INERTIA, "object.inertia"),
 ];
 
 /// `[ball]`, the cue ball, or `[object]`, the properties of the object ball that differ from it.
@@ -62,7 +56,7 @@ impl BallSection {
     pub(crate) fn cue(&self, object: Option<&Self>, source: &Source) -> Ball {
         source.check(&RULES);
         let inertia = if self.shape == Shape::Disc { DISC_INERTIA } else { INERTIA };
-        source.check(&[("ball.inertia", inertia)]);
+        source.check(&[(inertia, "ball.inertia")]);
         for key in ["object.shape", "object.poisson"].into_iter().filter(|key| source.has(key)) {
             source.wrong(key, format!("{key} is that of both; expected it in [ball]"));
         }

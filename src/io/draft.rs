@@ -1,16 +1,20 @@
-//! CSV files → a commented dataset.toml, with blanks for what the files do not show.
+//! CSV files → a commented dataset.toml from a template, with blanks for what the files do not show.
 
 use std::path::{Path, PathBuf};
 
+use toml::Value;
+
 use super::Survey;
 use super::draft_files::{Seen, is_shots_table, listed, look_at, refused};
-pub(crate) use super::draft_text::Draft;
-use super::draft_text::Line;
 use super::error::Problem;
 use super::text::{decode, filled_lines};
 use super::tracking::shots_table::KNOWN;
 use super::tracking::{Column, Guess, metres};
 use crate::measurement::number::count_of;
+
+/// Parts of a dataset.toml, each below a line with @ and its name. A key behind # is to be stated by
+/// the user, who must do so if its comment says FILL IN.
+const TEMPLATE: &str = include_str!("draft.toml");
 
 /// Name of the table of properties of single shots.
 const SHOTS: &str = "shots.csv";
@@ -35,6 +39,105 @@ const NEARER: f64 = 1.02;
 /// Remark on the size of a box if names do not show whether x and y are a corner or the middle.
 const DOUBT: &str = "of a box: take the # away, from both, if x and y are its corner, and not its middle";
 
+/// A dataset.toml that was drafted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Draft {
+    /// The folder that the draft belongs in: the one that holds all the files.
+    pub(crate) folder: PathBuf,
+    /// Findings about the files, in sentences.
+    pub(crate) found: Vec<String>,
+    /// The names of the tracks, in the order of first appearance.
+    pub(crate) tracks: Vec<String>,
+    /// Frames per second that the times in the files follow, if they are in seconds.
+    pub(crate) follows: Option<f64>,
+    /// Whether the files show discs, and not balls.
+    pub(crate) are_discs: bool,
+    lines: Vec<String>,
+}
+
+/// Returns the key of a line, also if it is behind #.
+fn key_of(line: &str) -> &str {
+    line.trim_start_matches("# ").split_once(" = ").map_or("", |(key, _)| key)
+}
+
+/// Returns a line with a comment if it is not empty.
+fn commented(line: String, comment: &str) -> String {
+    if comment.is_empty() { line } else { format!("{line:<28} # {comment}") }
+}
+
+impl Draft {
+    /// Adds a part of the template, in which `words` stand for names in braces.
+    fn add(&mut self, part: &str, words: &[(&str, &str)]) {
+        let parts = TEMPLATE.split('@').filter_map(|text| text.split_once('\n'));
+        for line in parts.filter(|(name, _)| *name == part).flat_map(|(_, text)| text.lines()) {
+            let fill = |line: String, (name, word): &(&str, &str)| line.replace(&format!("{{{name}}}"), word);
+            self.lines.push(words.iter().fold(line.to_owned(), fill));
+        }
+    }
+
+    fn push(&mut self, line: String, comment: &str) {
+        self.lines.push(commented(line, comment));
+    }
+
+    fn find(&mut self, sentence: impl Into<String>) {
+        self.found.push(sentence.into());
+    }
+
+    /// Returns the text of the dataset.toml.
+    pub(crate) fn text(&self) -> String {
+        self.lines.join("\n") + "\n"
+    }
+
+    /// Returns the names of what has to be filled in.
+    pub(crate) fn blanks(&self) -> Vec<&str> {
+        let blanks = self.lines.iter().filter(|line| line.contains(" # FILL IN: "));
+        let names = blanks.map(|line| match key_of(line) {
+            "assume" => "cue_spin",
+            "cue" => "which ball is which",
+            "t" => "which column is what",
+            key => key,
+        });
+        names.collect()
+    }
+
+    /// States a key of the draft, whether stated, suggested or blank.
+    pub(crate) fn set(&mut self, key: &str, value: impl Into<Value>) {
+        self.state(key, value, "");
+    }
+
+    /// States a key of the draft, with a comment if it is not empty.
+    fn state(&mut self, key: &str, value: impl Into<Value>, comment: &str) {
+        if let Some(line) = self.lines.iter_mut().find(|line| key_of(line) == key) {
+            *line = commented(format!("{key} = {}", value.into()), comment);
+        }
+    }
+
+    /// Returns the number of a key that is stated, as TOML writes it.
+    pub(crate) fn value(&self, key: &str) -> Option<&str> {
+        let stated = self.lines.iter().find_map(|line| line.strip_prefix(key)?.strip_prefix(" = "));
+        stated.and_then(|stated| stated.split(' ').next())
+    }
+
+    /// States the camera's frame rate. Returns whether the times in the files are those of slow
+    /// motion: of a film recorded more than 5 % faster than they follow.
+    pub(crate) fn set_fps(&mut self, fps: f64) -> bool {
+        self.set("capture_fps", fps);
+        let slow = self.follows.filter(|follows| fps > 1.05 * follows);
+        if let Some(follows) = slow {
+            self.set("playback_fps", (1e4 * follows).round() / 1e4);
+        }
+        slow.is_some()
+    }
+
+    /// States the unit of lengths; in pixels y grows downwards.
+    pub(crate) fn set_unit(&mut self, unit: &str) {
+        self.set("length_unit", unit);
+        if unit == "px" {
+            self.set("y_axis", "down");
+        }
+    }
+}
+
 /// Drafts the dataset.toml of files, or of the tables in folders; at least one is named.
 ///
 /// # Errors
@@ -46,7 +149,7 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
     };
     let table = files.iter().position(is_shots).filter(|_| files.len() > 1).map(|i| files.remove(i));
     let mut draft = Draft::default();
-    let seen = look_at(&files, &mut draft)?;
+    let seen = look_at(&files, &mut draft.found)?;
     draft.folder = match named {
         // also if all tables are in one of its subfolders
         [folder] if folder.is_dir() => folder.clone(),
@@ -247,9 +350,12 @@ fn describe_columns(guess: &Guess, are_exchanged: bool, draft: &mut Draft) {
             Some(("object", rest)) if are_exchanged => guess.columns.get(&format!("cue_{rest}")),
             _ => None,
         };
-        let is_open = guess.is_doubtful(key);
-        let comment = if is_open { DOUBT.to_owned() } else { String::new() };
-        draft.push(Line { key: key.clone(), value: other.unwrap_or(column).shown(), comment, is_open });
+        let line = format!("{key} = {}", other.unwrap_or(column).shown());
+        if guess.is_doubtful(key) {
+            draft.push(format!("# {line}"), DOUBT);
+        } else {
+            draft.push(line, "");
+        }
     }
 }
 
@@ -267,7 +373,7 @@ fn describe_unknown(file: &Path, draft: &mut Draft) {
     for (_, line) in filled_lines(&decode(&bytes).0).take(MAX_LINES) {
         let short: String = line.chars().take(MAX_CHARACTERS).collect();
         let more = if short.len() < line.len() { "…" } else { "" };
-        draft.push(Line { comment: format!("#   {short}{more}"), ..Line::default() });
+        draft.push(format!("#   {short}{more}"), "");
     }
     draft.add("unknown columns", &[]);
 }

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use super::draft_text::Draft;
 use super::error::Problem;
 use super::text::decode;
 use super::tracking::shots_table::KNOWN;
@@ -21,9 +20,7 @@ const MAX_DEPTH: usize = 2;
 
 /// Least number of one-frame files that are not tables of shots, and maximum of boxes in each.
 const FRAMES: usize = 10;
-const BOXES: usize = 20;
-/// Maximum number of rows that are not a track.
-const MAX_UNTRACKED_ROWS: usize = 5;
+const BOXES: usize = 5;
 
 /// Least number of rows of a table, and of numbers in each.
 const ROWS: usize = 2;
@@ -101,15 +98,9 @@ fn tables(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
 /// width, height, and perhaps a confidence.
 fn is_frame(file: &Path) -> bool {
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
-    let Ok(text) = std::fs::read_to_string(file) else { return false };
-    let class = |row: &str| {
-        let first = row.split(' ').next()?.parse::<u32>().ok()?;
-        (5..=7).contains(&numbers(row)).then_some(first)
-    };
-    let Some(classes) = text.lines().map(class).collect::<Option<Vec<u32>>>() else { return false };
-    // frame numbers increase through a track, which has more rows than a frame has boxes
-    let counts = classes.len() > MAX_UNTRACKED_ROWS && classes.is_sorted_by(|a, b| a < b);
-    name.ends_with(|c: char| c.is_ascii_digit()) && (1..=BOXES).contains(&classes.len()) && !counts
+    let text = std::fs::read_to_string(file).unwrap_or_default();
+    let are_boxes = text.lines().all(|row| (5..=7).contains(&numbers(row)));
+    name.ends_with(|c: char| c.is_ascii_digit()) && (1..=BOXES).contains(&text.lines().count()) && are_boxes
 }
 
 /// Returns whether a file is obviously not a table: it has few rows of numbers.
@@ -125,7 +116,7 @@ fn numbers(row: &str) -> usize {
 }
 
 /// Returns the files of one kind; obviously wrong or empty ones are left out if others remain.
-pub(super) fn look_at(files: &[PathBuf], draft: &mut Draft) -> Result<Vec<Seen>, Problem> {
+pub(super) fn look_at(files: &[PathBuf], found: &mut Vec<String>) -> Result<Vec<Seen>, Problem> {
     let (mut seen, mut unclear) = (Vec::new(), Vec::new());
     for file in files {
         let now = look(file);
@@ -141,7 +132,7 @@ pub(super) fn look_at(files: &[PathBuf], draft: &mut Draft) -> Result<Vec<Seen>,
             seen.push(now?);
         } else {
             let why = "no table of positions or measurements, or one without rows; left out";
-            draft.find(format!("{}: {why}.", file.display()));
+            found.push(format!("{}: {why}.", file.display()));
         }
     }
     let what = |seen: &Seen| match (seen.kind, &seen.survey) {

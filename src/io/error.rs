@@ -102,15 +102,12 @@ impl fmt::Display for DatasetError {
 
 /// Problems as they are found.
 #[derive(Debug)]
-pub(crate) struct Problems {
-    what: String,
-    found: RefCell<Vec<Problem>>,
-}
+pub(crate) struct Problems(RefCell<DatasetError>);
 
 impl Problems {
     /// Returns an empty list; `what` names the action that problems prevent.
     pub(crate) fn new(what: impl Into<String>) -> Self {
-        Self { what: what.into(), found: RefCell::default() }
+        Self(RefCell::new(DatasetError { what: what.into(), problems: Vec::new() }))
     }
 
     pub(crate) fn of_dataset(path: &Path) -> Self {
@@ -126,7 +123,7 @@ impl Problems {
     ) {
         let (line, column) = (line.into(), column.into().map(str::to_string));
         let problem = Problem { file: file.to_path_buf(), line, column, message: message.into() };
-        self.found.borrow_mut().push(problem);
+        self.0.borrow_mut().problems.push(problem);
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -134,7 +131,7 @@ impl Problems {
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.found.borrow().len()
+        self.0.borrow().problems.len()
     }
 
     /// Returns `value`, or the problems if there are any.
@@ -143,7 +140,7 @@ impl Problems {
     }
 
     pub(crate) fn into_error(self) -> DatasetError {
-        DatasetError { what: self.what, problems: self.found.into_inner() }
+        self.0.into_inner()
     }
 }
 

@@ -27,8 +27,7 @@ const SIDE_SPIN: Condition = (
     "the standard deviation of the side spin times the radius over the speed, from 0 to 1",
 );
 
-const RULES: [Rule; 3] =
-    [("cue_spin.side_sd", SIDE_SPIN), ("cue_spin.topspin_sd", POSITIVE), ("table.tilt_sd", POSITIVE)];
+const RULES: [Rule; 2] = [(SIDE_SPIN, "cue_spin.side_sd"), (POSITIVE, "cue_spin.topspin_sd table.tilt_sd")];
 
 /// A checked dataset.toml.
 pub(crate) struct Manifest {
@@ -146,8 +145,8 @@ impl Keys {
         dataset.object = object.map(|object| object.object(&self.ball, dataset.ball, source));
         let discs = is_disc.then(|| self.discs());
         (dataset.cloth, dataset.balls, dataset.source) = (self.cloth, self.balls, self.source);
-        (dataset.camera, dataset.loss) = (self.camera.label.clone(), self.fit.loss);
-        dataset.by = self.fit.by;
+        (dataset.loss, dataset.by) = (self.fit.loss, self.fit.by);
+        dataset.camera.clone_from(&self.camera.label);
         let tracks = TrackSettings {
             video: self.video,
             camera: self.camera,
@@ -174,16 +173,13 @@ impl Keys {
         let name = self.name.as_str();
         let is_forbidden = |c: char| c == '/' || c == '\\' || c.is_control();
         let is_good = !["", ".", ".."].contains(&name) && name.trim() == name && !name.contains(is_forbidden);
-        if !is_good {
-            let message = format!(
-                "name is {}; expected one that can name a folder, without slashes, control characters and \
-                 blanks around it",
-                source.written("name")
-            );
-            source.wrong("name", message);
-        } else if name.len() > MAX_NAME_BYTES {
-            source.wrong("name", format!("name has {} bytes; expected at most {MAX_NAME_BYTES}", name.len()));
-        }
+        let message = format!(
+            "name is {}; expected one that can name a folder, without slashes, control characters and blanks around it",
+            source.written("name")
+        );
+        source.wrong_if(!is_good, "name", &message);
+        let message = format!("name has {} bytes; expected at most {MAX_NAME_BYTES}", name.len());
+        source.wrong_if(is_good && name.len() > MAX_NAME_BYTES, "name", &message);
     }
 
     /// Complains about sections and keys that do not go with the kind of the data, or with discs.

@@ -5,7 +5,6 @@ pub(crate) mod balls;
 pub(crate) mod cases;
 pub(crate) mod draft;
 mod draft_files;
-mod draft_text;
 pub(crate) mod error;
 mod fit_section;
 mod manifest;

@@ -4,7 +4,7 @@
 //! gives its components the standard deviations `nx_sd` = σ|n_y| and `ny_sd` = σ|n_x|, whose
 //! squares add up to σ² again.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
@@ -18,39 +18,48 @@ use crate::measurement::spin::Spin;
 use crate::measurement::valid::is_unit;
 use crate::physics::ball::Vec3;
 
-/// Values of a column with standard deviations, SI and radians; `None` for empty and wrong cells.
-pub(crate) type Values = Vec<Option<Measured>>;
-
 /// A column of numbers: its name, its SI unit, and its range in that unit.
 pub(crate) type Column = (&'static str, f64, Condition);
 
-/// Returns a column with its standard deviations; `None` if it is missing. Complains about values
-/// that are out of its range, and standard deviations that are not positive.
-pub(crate) fn values(table: &Table, (name, unit_si, range): Column) -> Option<Values> {
-    let sd_name = format!("{name}_sd");
-    let [numbers, sds] = [(name, range), (&sd_name, POSITIVE)].map(|(column, condition)| {
-        let mut numbers = table.numbers(column)?;
-        for (row, number) in numbers.iter_mut().enumerate() {
-            // a standard deviation may become 0 in radians
-            *number = number.map(|number| number * unit_si);
-            if number.is_some_and(|number| Fault::of_number(column, number, condition).is_some()) {
-                let text = table.text(column, row).unwrap_or_default();
-                let is = if column == name { "out of range" } else { "not a standard deviation" };
-                table.wrong(row, column, format!("{text} is {is}; expected {}", condition.1));
-            }
-        }
-        Some(numbers)
-    });
-    let sd = |row: usize| sds.as_ref().and_then(|sds| sds[row]);
-    let measured = |(row, value): (usize, Option<f64>)| Some(Measured { value: value?, sd: sd(row) });
-    Some(numbers?.into_iter().enumerate().map(measured).collect())
+/// The numbers of a table by column and row with their standard deviations, SI and radians.
+pub(crate) struct Numbers(HashMap<&'static str, Vec<Option<Measured>>>);
+
+impl Numbers {
+    /// Reads the columns that the table has. Complains about values that are out of range, and
+    /// standard deviations that are not positive.
+    pub(crate) fn read(table: &Table, columns: impl IntoIterator<Item = Column>) -> Self {
+        let measured = |(name, unit_si, range): Column| {
+            let sd_name = format!("{name}_sd");
+            let [numbers, sds] = [(name, range), (&sd_name, POSITIVE)].map(|(column, condition)| {
+                // a standard deviation may become 0 in radians
+                let in_si = |number: Option<f64>| number.map(|number| number * unit_si);
+                let numbers: Vec<_> = table.numbers(column)?.into_iter().map(in_si).collect();
+                for (row, number) in numbers.iter().enumerate() {
+                    if number.is_some_and(|number| Fault::of_number(column, number, condition).is_some()) {
+                        let text = table.text(column, row).unwrap_or_default();
+                        let is = if column == name { "out of range" } else { "not a standard deviation" };
+                        table.wrong(row, column, format!("{text} is {is}; expected {}", condition.1));
+                    }
+                }
+                Some(numbers)
+            });
+            let sd = |row: usize| sds.as_ref().and_then(|sds| sds[row]);
+            let rows = numbers?.into_iter().enumerate();
+            Some((name, rows.map(|(row, value)| Some(Measured { value: value?, sd: sd(row) })).collect()))
+        };
+        Self(columns.into_iter().filter_map(measured).collect())
+    }
+
+    pub(crate) fn at(&self, column: &str, row: usize) -> Option<Measured> {
+        self.0.get(column)?[row]
+    }
 }
 
 /// The columns of a table of one kind of data.
 struct Layout {
     before: &'static [Column],
-    /// Columns that must exist and have no empty cells.
-    required: &'static [&'static str],
+    /// Columns that must exist and have no empty cells, with blanks between them.
+    required: &'static str,
     spin: [&'static str; 3],
     observables: &'static [Observable],
 }
@@ -59,24 +68,14 @@ const CUT: Condition = (|x| x.abs() < FRAC_PI_2, "degrees, more than -90 and les
 
 const ANGLES: Layout = Layout {
     before: &[("cut_deg", 1.0_f64.to_radians(), CUT), ("speed_m_s", 1.0, POSITIVE)],
-    required: &["cut_deg"],
+    required: "cut_deg",
     spin: OMEGA,
     observables: &Observable::ANGLES,
 };
 
 const IMPACTS: Layout = Layout {
     before: &[("nx", 1.0, FINITE), ("ny", 1.0, FINITE), ("cue_vx", 1.0, FINITE), ("cue_vy", 1.0, FINITE)],
-    required: &[
-        "shot",
-        "nx",
-        "ny",
-        "cue_vx",
-        "cue_vy",
-        "cue_vx_after",
-        "cue_vy_after",
-        "obj_vx_after",
-        "obj_vy_after",
-    ],
+    required: "shot nx ny cue_vx cue_vy cue_vx_after cue_vy_after obj_vx_after obj_vy_after",
     spin: ["cue_wx", "cue_wy", "cue_wz"],
     observables: &Observable::IMPACTS,
 };
@@ -85,41 +84,30 @@ const IMPACTS: Layout = Layout {
 /// are left out.
 pub(crate) fn shots(table: &Table, kind: Kind, assume: Option<Assume>, by: Option<&str>) -> Vec<Shot> {
     let layout = if kind == Kind::Impacts { IMPACTS } else { ANGLES };
-    let mut known = vec!["shot", "cue_spin"];
-    known.extend(layout.before.iter().map(|(name, ..)| *name));
-    known.extend(layout.spin);
-    known.extend(layout.observables.iter().map(|observable| observable.column()));
+    let observed = layout.observables.iter().map(|one| (one.column(), one.unit_si(), FINITE));
+    let columns: Vec<Column> = layout.before.iter().copied().chain(observed).collect();
+    let names = columns.iter().map(|(name, ..)| *name).chain(layout.spin);
+    let known: Vec<&str> = ["shot", "cue_spin"].into_iter().chain(names).collect();
     check_names(table, &known, layout.required);
-    let before: Vec<Values> =
-        layout.before.iter().map(|column| values(table, *column).unwrap_or_default()).collect();
-    let observed = observed(table, layout.observables);
-    let columns: Vec<&str> = observed.iter().map(|(observable, _)| observable.column()).collect();
-    if columns.is_empty() && kind == Kind::Angles {
-        let names = Observable::ANGLES.map(Observable::column);
-        let labels = table.names().filter(|name| !known.contains(name));
-        let near = labels.filter_map(|name| Some((name, nearest(name, names)?)));
-        let near = near.max_by(|a, b| similarity(a.0, a.1).total_cmp(&similarity(b.0, b.1)));
-        let hint = near.map_or(String::new(), |(name, near)| format!("; is \"{name}\" meant to be {near}?"));
-        let expected = names.join(", ");
-        let message = format!("no column of anything observed; expected at least one of {expected}{hint}");
-        table.wrong_name(None, message);
-    }
+    let numbers = Numbers::read(table, columns);
+    let observables: Vec<Observable> =
+        layout.observables.iter().copied().filter(|one| table.has(one.column())).collect();
+    check_observed(table, &numbers, &observables, &known);
     let spins = spins(table, layout.spin, assume);
     let mut shots = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {
-        if !columns.is_empty() && columns.iter().all(|name| table.is_gap(name, row)) {
-            let expected = columns.join(" or ");
-            table.wrong(row, None, format!("no observed value in this row; expected a value in {expected}"));
-        }
-        let before: Vec<_> = before.iter().map(|values| values.get(row).copied().flatten()).collect();
-        let before = match *before {
-            [cut, speed] => cut.map(|cut| Before::Angle { cut, speed }),
-            [Some(nx), Some(ny), Some(vx), Some(vy)] => Some(impact(table, row, [nx, ny], [vx, vy])),
-            _ => None,
+        let at = |column: &str| numbers.at(column, row);
+        let before = match kind {
+            Kind::Impacts => {
+                let line = at("nx").zip(at("ny"));
+                let line = line.zip(at("cue_vx").zip(at("cue_vy")));
+                line.map(|((nx, ny), (vx, vy))| impact(table, row, [nx, ny], [vx, vy]))
+            }
+            _ => at("cut_deg").map(|cut| Before::Angle { cut, speed: at("speed_m_s") }),
         };
         let (Some(before), Some(spin)) = (before, spins.get(row).copied().flatten()) else { continue };
-        let after = observed.iter().filter_map(|(observable, values)| {
-            Some(Measurement { observable: *observable, measured: values[row]? })
+        let after = observables.iter().filter_map(|observable| {
+            Some(Measurement { observable: *observable, measured: at(observable.column())? })
         });
         let mut labels = labels(table, &known, row);
         labels.extend(by.map(|by| (by.to_owned(), table.text(by, row).unwrap_or_default().to_owned())));
@@ -155,28 +143,36 @@ fn impact(table: &Table, row: usize, [nx, ny]: [Measured; 2], velocity: [Measure
     Before::Impact { normal, velocity }
 }
 
-/// Returns the observables that a table has, with their values; standard deviations are given for
-/// every value of a column or for no value.
-fn observed(table: &Table, known: &[Observable]) -> Vec<(Observable, Values)> {
-    let mut found = Vec::new();
-    for observable in known {
-        let name = observable.column();
-        let Some(values) = values(table, (name, observable.unit_si(), FINITE)) else { continue };
+/// Complains about a table or a row without an observed value, and about standard deviations that
+/// are given for some values of a column only.
+fn check_observed(table: &Table, numbers: &Numbers, observables: &[Observable], known: &[&str]) {
+    let columns: Vec<&str> = observables.iter().map(|observable| observable.column()).collect();
+    if columns.is_empty() && table.has("cut_deg") {
+        let names = Observable::ANGLES.map(Observable::column);
+        let labels = table.names().filter(|name| !known.contains(name));
+        let near = labels.filter_map(|name| Some((name, nearest(name, names)?)));
+        let near = near.max_by(|a, b| similarity(a.0, a.1).total_cmp(&similarity(b.0, b.1)));
+        let hint = near.map_or(String::new(), |(name, near)| format!("; is \"{name}\" meant to be {near}?"));
+        let expected = names.join(", ");
+        let message = format!("no column of anything observed; expected at least one of {expected}{hint}");
+        return table.wrong_name(None, message);
+    }
+    for name in &columns {
         let sd_name = format!("{name}_sd");
         let has_sd = |row: &usize| !table.is_gap(&sd_name, *row);
-        let mut full = (0..table.rows()).filter(|row| values[*row].is_some());
-        if let Some(with) = full.clone().find(has_sd)
-            && let Some(without) = full.find(|row| !has_sd(row))
-        {
+        let mut full = (0..table.rows()).filter(|row| numbers.at(name, *row).is_some());
+        if let (Some(with), Some(without)) = (full.clone().find(has_sd), full.find(|row| !has_sd(row))) {
+            let line = table.line(with);
             let message = format!(
-                "is empty, but line {} has one; give a standard deviation for every {name} or for none",
-                table.line(with)
+                "is empty, but line {line} has one; give a standard deviation for every {name} or for none"
             );
             table.wrong(without, sd_name.as_str(), message);
         }
-        found.push((*observable, values));
     }
-    found
+    for row in (0..table.rows()).filter(|row| columns.iter().all(|name| table.is_gap(name, *row))) {
+        let expected = columns.join(" or ");
+        table.wrong(row, None, format!("no observed value in this row; expected a value in {expected}"));
+    }
 }
 
 /// Columns of a measured spin, rad/s.
@@ -244,7 +240,7 @@ pub(crate) fn stated_spins(
         }
         return Vec::new();
     }
-    let numbers = columns.map(|column| values(table, (column, 1.0, FINITE)));
+    let numbers = Numbers::read(table, columns.map(|column| (column, 1.0, FINITE)));
     let stated = |row: usize| {
         let word = table.text("cue_spin", row);
         let known =
@@ -257,8 +253,9 @@ pub(crate) fn stated_spins(
                 ("cue_spin", format!("\"{word}\" is not a spin{near}; expected {}", names.join(", ")))
             }
             (0, _, None | Some(Assume::Measured)) => {
-                let components = numbers.each_ref().map(|values| values.as_ref()?[row]);
-                let [Some(x), Some(y), Some(z)] = components else { return None };
+                let [Some(x), Some(y), Some(z)] = columns.map(|column| numbers.at(column, row)) else {
+                    return None;
+                };
                 let spin = Vec3::new(x.value, y.value, z.value);
                 return Some(StatedSpin::Is(Spin::Measured { spin, sd: [x.sd, y.sd, z.sd] }));
             }
@@ -292,7 +289,7 @@ pub(crate) fn labels_note<S: AsRef<str>>(path: &Path, labels: &[S]) -> Option<St
 
 /// Complains about required columns that are missing or have gaps, about a `…_sd` of a known column
 /// that is missing, and about names similar to those of known columns.
-pub(crate) fn check_names(table: &Table, known: &[&str], required: &[&str]) {
+pub(crate) fn check_names(table: &Table, known: &[&str], required: &str) {
     for name in table.names() {
         let of = name.strip_suffix("_sd").filter(|of| known.contains(of) && !table.has(of));
         if let Some(of) = of {
@@ -304,15 +301,15 @@ pub(crate) fn check_names(table: &Table, known: &[&str], required: &[&str]) {
             table.wrong_name(name, message);
         }
     }
-    for column in required {
+    for column in required.split(' ') {
         if !table.has(column) {
             let near = nearest(column, table.names().filter(|name| !known.contains(name)));
             let near = near.map_or(String::new(), |name| format!("; is \"{name}\" meant to be it?"));
-            table.wrong_name(*column, format!("is missing from the column names{near}"));
+            table.wrong_name(column, format!("is missing from the column names{near}"));
             continue;
         }
         for row in (0..table.rows()).filter(|row| table.is_gap(column, *row)) {
-            table.wrong(row, *column, "is empty; expected a value");
+            table.wrong(row, column, "is empty; expected a value");
         }
     }
 }
@@ -336,12 +333,12 @@ pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) 
         Some(rest.trim_matches('_')).filter(|rest| known.contains(rest))
     };
     let spread_of = SPREADS.split(' ').find_map(bare).map(|of| format!("{of}_sd"));
-    let slips = |known: &str| {
+    let names = known.iter().flat_map(|name| [(*name).to_owned(), format!("{name}_sd")]);
+    let slips = |known: String| {
         let most = usize::from(known.len() >= ONE_SLIP) + usize::from(known.len() >= TWO_SLIPS);
-        let slips = strsim::damerau_levenshtein(&plain, known);
-        (slips <= most).then_some(slips)
+        let slips = strsim::damerau_levenshtein(&plain, &known);
+        (slips <= most && !has(&known)).then_some((slips, known))
     };
-    let all = known.iter().flat_map(|name| [(*name).to_owned(), format!("{name}_sd")]);
-    let nearly = all.filter(|name| !has(name)).filter_map(|known| Some((slips(&known)?, known))).min();
-    spread_of.filter(|name| !has(name)).or(nearly.map(|(_, known)| known))
+    let nearly = names.filter_map(slips).min().map(|(_, known)| known);
+    spread_of.filter(|name| !has(name)).or(nearly)
 }

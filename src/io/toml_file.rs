@@ -14,8 +14,8 @@ use crate::measurement::fault::{Condition, Fault};
 /// Maximum number of entries that are reported as wrong.
 const MAX_WRONG_ENTRIES: usize = 20;
 
-/// The key of a number, and the condition that the number is to meet.
-pub(crate) type Rule = (&'static str, Condition);
+/// A condition, and the keys of the numbers that are to meet it, with blanks between them.
+pub(crate) type Rule = (Condition, &'static str);
 
 /// A TOML file that is read, and the list of its problems.
 pub(crate) struct Source<'a> {
@@ -77,10 +77,12 @@ impl Source<'_> {
 
     /// Adds the stated numbers that do not meet their conditions.
     pub(crate) fn check(&self, rules: &[Rule]) {
-        for (key, condition) in rules {
+        let each =
+            |(condition, keys): &Rule| keys.split(' ').map(|key| (key, *condition)).collect::<Vec<_>>();
+        for (key, condition) in rules.iter().flat_map(each) {
             let Ok(value) = self.written(key).parse::<Value>() else { continue };
             let number = value.as_float().or(value.as_integer().map(|number| number as f64));
-            let fault = number.and_then(|number| Fault::of_number(key, number, *condition));
+            let fault = number.and_then(|number| Fault::of_number(key, number, condition));
             let as_written = |fault| Fault { value: self.written(key).to_owned(), ..fault };
             fault.map(as_written).iter().for_each(|fault| self.add(fault));
         }

@@ -37,6 +37,9 @@ pub(super) struct Point {
 const COLLINEAR: &str =
     "the [[scale.point]] lie on one line, or all but one do; expected four of which no three are on a line";
 
+const BEHIND: &str = "the [[scale.point]] cannot be pictures of points in one plane in front of a camera; expected each \
+                      px with its own m";
+
 impl Calibration {
     pub(super) fn metres(&self, x: f64, y: f64) -> [f64; 2] {
         let (factor, divisor) = self.scale;
@@ -80,9 +83,7 @@ pub(super) fn homography(points: &[Point], is_up: Option<bool>) -> Result<(Matri
     }
     let map = least_squares(points).ok_or(COLLINEAR)?;
     if !points.iter().all(|point| (map * homogeneous(point.px)).z > 0.0) {
-        let message = "the [[scale.point]] cannot be pictures of points in one plane in front of a camera; expected each \
-                       px with its own m";
-        return Err(message.to_string());
+        return Err(BEHIND.to_string());
     }
     if let Some(is_up) = is_up.filter(|is_up| (map.determinant() > 0.0) != *is_up) {
         let direction = if is_up { "up" } else { "down" };

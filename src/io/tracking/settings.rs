@@ -13,16 +13,9 @@ use crate::io::toml_file::{Rule, Source};
 use crate::measurement::fault::POSITIVE;
 use crate::physics::name::worded;
 
-const RULES: [Rule; 9] = [
-    ("video.capture_fps", POSITIVE),
-    ("video.playback_fps", POSITIVE),
-    ("video.capture_fps_sd", POSITIVE),
-    ("video.row_readout_s", POSITIVE),
-    ("video.rows", POSITIVE),
-    ("camera.shutter", POSITIVE),
-    ("scale.m_per_px", POSITIVE),
-    ("scale.sd", POSITIVE),
-    ("tracks.position_sd_m", POSITIVE),
+const RULES: [Rule; 2] = [
+    (POSITIVE, "video.capture_fps video.playback_fps video.capture_fps_sd video.row_readout_s video.rows"),
+    (POSITIVE, "camera.shutter scale.m_per_px scale.sd tracks.position_sd_m"),
 ];
 
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]

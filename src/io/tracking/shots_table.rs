@@ -10,7 +10,7 @@ use super::raw::RawShot;
 use super::settings::{NAMED, Names, TrackSettings};
 use crate::io::error::{Problems, did_you_mean};
 use crate::io::manifest::Assume;
-use crate::io::rows::{self, StatedSpin, labels_note};
+use crate::io::rows::{self, Numbers, StatedSpin, labels_note};
 use crate::io::table::Table;
 use crate::measurement::fault::POSITIVE;
 use crate::measurement::spin::Spin;
@@ -77,9 +77,9 @@ impl<'a> ShotsTable<'a> {
         let assumed = StatedSpin::of(assume);
         let mut all = Self { path, problems, rows: IndexMap::new(), assumed, labels: Vec::new() };
         let Some(table) = table else { return all };
-        rows::check_names(&table, &KNOWN, &["shot"]);
+        rows::check_names(&table, &KNOWN, "shot");
         let spins = rows::stated_spins(&table, rows::OMEGA, assume);
-        let rates = rows::values(&table, ("capture_fps", 1.0, POSITIVE)).unwrap_or_default();
+        let numbers = Numbers::read(&table, [("capture_fps", 1.0, POSITIVE)]);
         let labels = table.names().filter(|name| !KNOWN.contains(name) && !name.ends_with("_sd"));
         all.labels = labels.map(str::to_string).collect();
         for row in 0..table.rows() {
@@ -91,7 +91,7 @@ impl<'a> ShotsTable<'a> {
                 file: table.text("file", row).map(str::to_string),
                 labels: rows::labels(&table, &KNOWN, row),
                 names: NAMED.map(|column| names(&table, row, column)),
-                capture_fps: rates.get(row).copied().flatten().map(|rate| rate.value),
+                capture_fps: numbers.at("capture_fps", row).map(|rate| rate.value),
             };
             if let Some(ShotRow { line, .. }) = all.rows.insert(shot.to_string(), read) {
                 let message = format!("\"{shot}\" also stands in line {line}; expected each shot once");
