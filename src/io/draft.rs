@@ -71,7 +71,11 @@ impl Draft {
         let parts = TEMPLATE.split('@').filter_map(|text| text.split_once('\n'));
         for line in parts.filter(|(name, _)| *name == part).flat_map(|(_, text)| text.lines()) {
             let fill = |line: String, (name, word): &(&str, &str)| line.replace(&format!("{{{name}}}"), word);
-            self.lines.push(words.iter().fold(line.to_owned(), fill));
+            let line = words.iter().fold(line.to_owned(), fill);
+            self.lines.push(match line.split_once(" # ") {
+                Some((stated, comment)) => commented(stated.trim_end().to_owned(), comment),
+                None => line,
+            });
         }
     }
 

@@ -63,14 +63,8 @@ impl FitSection {
             (Parameter::Kappa, &self.kappa),
             (Parameter::ESlope, &self.e_slope),
         ] {
-            let Some(given) = given else { continue };
-            settings[parameter] = given.check(parameter, source);
-            if matches!(parameter, Parameter::B | Parameter::C) && !falls {
-                let name = parameter.name();
-                let message = format!(
-                    "{name} stands in [fit], but friction is constant; expected friction = \"exponential\" with it"
-                );
-                source.wrong(&format!("fit.{name}"), message);
+            if let Some(given) = given {
+                settings[parameter] = given.check(parameter, source);
             }
         }
         settings.compliance = match &self.kappa {

@@ -132,10 +132,14 @@ impl Keys {
     pub(crate) fn check(self, source: &Source) -> Manifest {
         source.check(&RULES);
         self.check_name(source);
-        self.check_together(source);
+        source.check_together("all");
+        let note = |[.., note]: [String; 3]| {
+            let note = note.replace("{unweighed}", &UNWEIGHED.to_string());
+            note.replace("{radius}", &Ball::POOL.radius.to_string())
+        };
         let mut dataset = Dataset {
             path: source.path.to_path_buf(),
-            taken: self.taken(),
+            taken: source.rules("notes").into_iter().map(note).collect(),
             side_sd: self.cue_spin.side_sd.unwrap_or(0.0),
             settings: self.fit.settings(kappa(self.ball.poisson.unwrap_or(POISSON)), source),
             ..Dataset::new(&self.name, self.ball.cue(self.object.as_ref(), source), Vec::new())
@@ -180,64 +184,6 @@ impl Keys {
         source.wrong_if(!is_good, "name", &message);
         let message = format!("name has {} bytes; expected at most {MAX_NAME_BYTES}", name.len());
         source.wrong_if(is_good && name.len() > MAX_NAME_BYTES, "name", &message);
-    }
-
-    /// Complains about sections and keys that do not go with the kind of the data, or with discs.
-    fn check_together(&self, source: &Source) {
-        let (is_film, is_disc) = (self.kind == Kind::Tracks, self.ball.shape == Shape::Disc);
-        for section in ["video", "camera", "table", "scale", "tracks"] {
-            let kind = self.kind.name();
-            let message =
-                format!("[{section}] stands in a data set of kind \"{kind}\"; it goes with \"tracks\" only");
-            source.wrong_if(!is_film && source.has(section), section, &message);
-        }
-        let wrong_if = |is_wrong: bool, key: &str, message: &str| {
-            source.wrong_if(is_wrong && source.has(key), key, message);
-        };
-        let message = "shape is \"disc\", which goes with kind \"tracks\" only";
-        wrong_if(is_disc && !is_film, "ball.shape", message);
-        let message = "[cue_spin] assume is \"natural-roll\", but discs do not roll; expected \"stun\" (no disc turns before \
-                       the impact) or \"unknown\": points on the discs show how they turn";
-        let rolls = self.cue_spin.assume == Some(Assume::NaturalRoll);
-        wrong_if(is_disc && rolls, "cue_spin.assume", message);
-        let message = "cue_spin.side_sd goes with balls: points on discs show how they turn";
-        wrong_if(is_disc, "cue_spin.side_sd", message);
-        let message = "cue_spin.topspin_sd goes with films of balls only";
-        wrong_if(is_disc || !is_film, "cue_spin.topspin_sd", message);
-        let message = "object.inertia goes with balls; both discs have the inertia that stands in [ball]";
-        wrong_if(is_disc, "object.inertia", message);
-        for name in ["radius_m", "mass_kg"] {
-            let message = format!("{name} stands in [object], but not in [ball]; expected it in both");
-            let is_alone = is_disc && !source.has(&format!("ball.{name}"));
-            wrong_if(is_alone, &format!("object.{name}"), &message);
-        }
-    }
-
-    /// Returns notes on properties of the balls that were assumed for want of a statement.
-    fn taken(&self) -> Vec<String> {
-        let (ball, object) = (self.ball, self.object.unwrap_or_default());
-        let is_disc = ball.shape == Shape::Disc;
-        let first_alone = ball.mass_kg.filter(|_| is_disc && object.mass_kg.is_none());
-        let of_discs = first_alone.map(|mass| {
-            format!(
-                "Both discs are taken to weigh {mass} kg: [ball] mass_kg states the first one's, but the second one's is not stated. \
-                 If it differs, give [object] mass_kg."
-            )
-        });
-        let of_mass = (!is_disc && object.mass_kg.is_some() && ball.mass_kg.is_none()).then(|| {
-            format!(
-                "The cue ball's mass was not stated, so that [object] mass_kg does not determine the ratio of the masses: 1 ± {UNWEIGHED} was \
-                 taken. Weigh the cue ball, too, and give [ball] mass_kg."
-            )
-        });
-        let of_radius = (!is_disc && object.radius_m.is_some() && ball.radius_m.is_none()).then(|| {
-            format!(
-                "The cue ball's radius was not stated; {} m was taken, against the object ball's of [object] radius_m. If it differs, \
-                 give [ball] radius_m.",
-                Ball::POOL.radius
-            )
-        });
-        [of_discs, of_mass, of_radius].into_iter().flatten().collect()
     }
 
     /// Returns the discs that `[ball]` and `[object]` state.

@@ -147,13 +147,13 @@ fn impact(table: &Table, row: usize, [nx, ny]: [Measured; 2], velocity: [Measure
 /// are given for some values of a column only.
 fn check_observed(table: &Table, numbers: &Numbers, observables: &[Observable], known: &[&str]) {
     let columns: Vec<&str> = observables.iter().map(|observable| observable.column()).collect();
-    if columns.is_empty() && table.has("cut_deg") {
-        let names = Observable::ANGLES.map(Observable::column);
+    if columns.is_empty() {
+        let names = known.iter().copied().filter(|name| name.parse::<Observable>().is_ok());
         let labels = table.names().filter(|name| !known.contains(name));
-        let near = labels.filter_map(|name| Some((name, nearest(name, names)?)));
+        let near = labels.filter_map(|name| Some((name, nearest(name, names.clone())?)));
         let near = near.max_by(|a, b| similarity(a.0, a.1).total_cmp(&similarity(b.0, b.1)));
         let hint = near.map_or(String::new(), |(name, near)| format!("; is \"{name}\" meant to be {near}?"));
-        let expected = names.join(", ");
+        let expected = names.collect::<Vec<&str>>().join(", ");
         let message = format!("no column of anything observed; expected at least one of {expected}{hint}");
         return table.wrong_name(None, message);
     }

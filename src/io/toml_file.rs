@@ -1,5 +1,6 @@
 //! TOML files, and all their problems in plain words, each with its place.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
@@ -85,6 +86,39 @@ impl Source<'_> {
             let fault = number.and_then(|number| Fault::of_number(key, number, condition));
             let as_written = |fault| Fault { value: self.written(key).to_owned(), ..fault };
             fault.map(as_written).iter().for_each(|fault| self.add(fault));
+        }
+    }
+
+    /// Adds what does not go together by the rules of a list in rules.toml.
+    pub(crate) fn check_together(&self, list: &str) {
+        for [_, keys, message] in self.rules(list) {
+            self.wrong_of_first(&keys.split(' ').collect::<Vec<_>>(), message);
+        }
+    }
+
+    /// Returns the rules of a list in rules.toml whose conditions hold, with values in their words.
+    pub(crate) fn rules(&self, list: &str) -> Vec<[String; 3]> {
+        let lists = toml::from_str::<BTreeMap<String, Vec<[String; 3]>>>(include_str!("rules.toml"));
+        let mut rules = lists.unwrap_or_default().remove(list).unwrap_or_default();
+        rules.retain(|[terms, ..]| {
+            terms.split(' ').all(|terms| terms.split('|').any(|term| self.holds(term)))
+        });
+        for [.., message] in &mut rules {
+            for key in ["kind", "ball.mass_kg"] {
+                *message = message.replace(&format!("{{{key}}}"), self.written(key));
+            }
+        }
+        rules
+    }
+
+    /// Returns whether a condition of a rule holds.
+    fn holds(&self, term: &str) -> bool {
+        let is = |key: &str, word: &str| self.written(key).trim_matches(['"', '\'']) == word;
+        match (term.split_once("!="), term.split_once('='), term.strip_prefix('!')) {
+            (Some((key, word)), ..) => !is(key, word),
+            (_, Some((key, word)), _) => is(key, word),
+            (.., Some(key)) => !self.has(key),
+            _ => self.has(term),
         }
     }
 

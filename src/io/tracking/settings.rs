@@ -165,9 +165,6 @@ pub(crate) struct TrackSettings {
     pub(crate) notes: Vec<String>,
 }
 
-/// Keys of the time that a picture takes from its first row to its last.
-const READOUT: &[&str] = &["video.row_readout_s", "video.rows", "camera.shutter", "video"];
-
 impl TrackSettings {
     /// Returns the frame rate of the camera; one frame a second if it is stated as unknown (discs).
     pub(super) fn fps(&self) -> Option<f64> {
@@ -221,7 +218,7 @@ impl TrackSettings {
         if let Some(columns) = &self.tracks.columns {
             column_names::check(columns, self.discs, source);
         }
-        self.check_together(source);
+        source.check_together("tracks");
         let (is_px, has_points) = (self.unit() == Some(Unit::Px), !self.scale.point.is_empty());
         let is_up = self.scale.y_axis.map(|axis| axis == YAxis::Up);
         let seconds = self.video.row_readout_s.or(self.camera.readout());
@@ -232,12 +229,9 @@ impl TrackSettings {
         let map = (is_px && has_points).then(|| homography(&self.scale.point, is_up)).transpose();
         let map = map.map_err(|message| source.wrong("scale.point.0", message)).ok().flatten();
         self.notes.extend(map.iter().map(|(_, note)| format!("{}: {note}", source.path.display())));
+        let per_pixel = (self.scale.m_per_px.unwrap_or(1.0), 1.0);
         self.calibration = Calibration {
-            scale: self
-                .unit()
-                .unwrap_or(Unit::M)
-                .metres()
-                .unwrap_or((self.scale.m_per_px.unwrap_or(1.0), 1.0)),
+            scale: self.unit().unwrap_or(Unit::M).metres().unwrap_or(per_pixel),
             is_up: is_up.unwrap_or(true),
             homography: map.map(|(map, _)| map),
             readout: readout.map(|((seconds, rows), is_up)| ReadOut { seconds, rows, is_up }),
@@ -246,46 +240,6 @@ impl TrackSettings {
         self.shots = self.tracks.shots.as_ref().map(|shots| folder.join(shots));
         self.name(source);
         self
-    }
-
-    /// Complains about keys that contradict each other, or that lack each other.
-    fn check_together(&self, source: &Source) {
-        let Self { video, camera, scale, tracks, discs, .. } = self;
-        let (is_px, has_points) = (self.unit() == Some(Unit::Px), !scale.point.is_empty());
-        let is_measured = scale.m_per_px.is_some() || has_points;
-        let has_readout = video.row_readout_s.or(camera.readout()).is_some();
-        let is_by_columns = tracks.format == Format::Columns;
-        let wrong_if = |is_wrong: bool, keys: &[&str], message: &str| {
-            if is_wrong {
-                source.wrong_of_first(keys, message);
-            }
-        };
-        let has_no_rate = self.fps().is_none() || self.has_unknown_rate();
-        for (key, stated) in [("playback_fps", video.playback_fps), ("capture_fps_sd", video.capture_fps_sd)]
-        {
-            let message = format!("{key} needs capture_fps beside it, as a number: the rate of the camera");
-            wrong_if(has_no_rate && stated.is_some(), &[&format!("video.{key}")], &message);
-        }
-        let message =
-            "\"unknown\" goes with discs only: gravity and the cloth act in seconds; expected a number";
-        wrong_if(self.has_unknown_rate() && !discs, &["video.capture_fps"], message);
-        let message = "row_readout_s (or [camera] shutter in seconds) and rows, of the picture, go together";
-        wrong_if(has_readout != video.rows.is_some(), READOUT, message);
-        let message = "row_readout_s needs [scale] length_unit = \"px\" and y_axis, to know a ball's row";
-        let has_row = is_px && scale.y_axis.is_some();
-        wrong_if(has_readout && video.rows.is_some() && !has_row, READOUT, message);
-        let message = "m_per_px and [[scale.point]] go with length_unit = \"px\" only";
-        wrong_if(!is_px && is_measured, &["scale.m_per_px", "scale.point.0"], message);
-        let message = "from = \"balls\" goes with balls, without another scale; expected one of them";
-        wrong_if(scale.from.is_some() && (is_measured || *discs), &["scale.from"], message);
-        let message = "length_unit is \"px\"; expected m_per_px, or four or more [[scale.point]]";
-        wrong_if(is_px && !is_measured && *discs, &["scale.length_unit"], message);
-        let message = "both m_per_px and [[scale.point]] are given; expected one of them";
-        wrong_if(is_px && scale.m_per_px.is_some() && has_points, &["scale.m_per_px"], message);
-        let message = "format = \"columns\" and a section [tracks.columns] go together";
-        let are_apart =
-            tracks.columns.is_some() != is_by_columns && (is_by_columns || tracks.format != Format::Auto);
-        wrong_if(are_apart, &["tracks.columns", "tracks"], message);
     }
 
     /// Sets the names under the keys of [`NAMED`]; complains about those that stand twice.
