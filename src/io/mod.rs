@@ -109,21 +109,6 @@ fn check_label(by: &str, table: &Table, source: &Source) {
     }
 }
 
-/// Returns the names of the columns in the first line that is not blank or a comment.
-///
-/// # Errors
-/// A file that cannot be read.
-pub(crate) fn header(file: &Path) -> std::io::Result<Vec<String>> {
-    let bytes = std::fs::read(file)?;
-    let (text, stated) = text::without_separator_line(text::decode(&bytes).0);
-    let mut all = text::filled_lines(&text).map(|(_, line)| line);
-    let first = all.clone().find(|line| !line.trim_start().starts_with('#'));
-    let Some(first) = first.or_else(|| all.next()) else { return Ok(Vec::new()) };
-    let separator = stated.unwrap_or_else(|| table::separator(first));
-    let names = text::trimmed(first, text::Separator::Char(separator));
-    Ok(names.unwrap_or_else(|| vec![first.to_string()]))
-}
-
 /// Complains about equal names of shots, each with its file and line; `remedy` follows the message.
 pub(crate) fn check_unique<'a>(
     names: impl Iterator<Item = (&'a str, &'a Path, usize)>,
