@@ -12,8 +12,9 @@ use super::tracking::shots_table::KNOWN;
 use super::tracking::{Column, Guess, metres};
 use crate::measurement::number::count_of;
 
-/// Parts of a dataset.toml, each below a line with @ and its name. A key behind # is to be stated by
-/// the user, who must do so if its comment says FILL IN.
+/// Parts of a dataset.toml, each below a line with @ and its name; words in braces are filled in. A
+/// line behind > is a finding. A key behind # is to be stated by the user, who must do so if its
+/// comment says FILL IN.
 const TEMPLATE: &str = include_str!("draft.toml");
 
 /// Name of the table of properties of single shots.
@@ -60,31 +61,31 @@ fn key_of(line: &str) -> &str {
     line.trim_start_matches("# ").split_once(" = ").map_or("", |(key, _)| key)
 }
 
-/// Returns a line with a comment if it is not empty.
-fn commented(line: String, comment: &str) -> String {
-    if comment.is_empty() { line } else { format!("{line:<28} # {comment}") }
+/// Returns a value as TOML writes it.
+fn toml(value: impl Into<Value>) -> String {
+    value.into().to_string()
 }
 
 impl Draft {
-    /// Adds a part of the template, in which `words` stand for names in braces.
+    /// Adds a part of the template with the words that stand for names in braces.
     fn add(&mut self, part: &str, words: &[(&str, &str)]) {
+        let fill = |text: &str| {
+            let fill = |text: String, (name, word): &(&str, &str)| text.replace(&format!("{{{name}}}"), word);
+            words.iter().fold(text.to_owned(), fill)
+        };
         let parts = TEMPLATE.split('@').filter_map(|text| text.split_once('\n'));
         for line in parts.filter(|(name, _)| *name == part).flat_map(|(_, text)| text.lines()) {
-            let fill = |line: String, (name, word): &(&str, &str)| line.replace(&format!("{{{name}}}"), word);
-            let line = words.iter().fold(line.to_owned(), fill);
-            self.lines.push(match line.split_once(" # ") {
-                Some((stated, comment)) => commented(stated.trim_end().to_owned(), comment),
-                None => line,
-            });
+            match (line.strip_prefix("> "), line.split_once(" # ")) {
+                (Some(finding), _) => self.found.push(fill(finding)),
+                (_, Some((line, comment))) => self.push(&fill(line.trim_end()), &fill(comment)),
+                _ => self.lines.push(fill(line)),
+            }
         }
     }
 
-    fn push(&mut self, line: String, comment: &str) {
-        self.lines.push(commented(line, comment));
-    }
-
-    fn find(&mut self, sentence: impl Into<String>) {
-        self.found.push(sentence.into());
+    /// Adds a line with a comment.
+    fn push(&mut self, line: &str, comment: &str) {
+        self.lines.push(format!("{line:<28} # {comment}"));
     }
 
     /// Returns the text of the dataset.toml.
@@ -106,13 +107,8 @@ impl Draft {
 
     /// States a key of the draft, whether stated, suggested or blank.
     pub(crate) fn set(&mut self, key: &str, value: impl Into<Value>) {
-        self.state(key, value, "");
-    }
-
-    /// States a key of the draft, with a comment if it is not empty.
-    fn state(&mut self, key: &str, value: impl Into<Value>, comment: &str) {
         if let Some(line) = self.lines.iter_mut().find(|line| key_of(line) == key) {
-            *line = commented(format!("{key} = {}", value.into()), comment);
+            *line = format!("{key} = {}", value.into());
         }
     }
 
@@ -167,40 +163,42 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
     let Some(first) = seen.first() else { return Err(refused(here, "holds no table")) };
     let name = std::path::absolute(here).unwrap_or_else(|_| here.to_path_buf());
     let name = name.file_name().map_or("my-data".into(), |name| name.to_string_lossy().into_owned());
+    let relative = seen.iter().map(|Seen { file, .. }| {
+        file.strip_prefix(&draft.folder).unwrap_or(file).to_string_lossy().replace('\\', "/")
+    });
+    let relative = toml(relative.collect::<Vec<String>>());
+    draft.add("top", &[("name", &toml(name)), ("kind", &toml(first.kind)), ("files", &relative)]);
     let surveys: Vec<&Survey> = seen.iter().filter_map(|seen| seen.survey.as_ref()).collect();
     let tracks = names(&surveys);
     draft.tracks = tracks.iter().map(|(name, _)| (*name).to_owned()).collect();
     draft.follows = surveys.first().and_then(|first| times(first).0);
     draft.are_discs = surveys.first().is_some_and(|first| first.are_discs);
-    let (is_film, are_discs) = (first.kind == "tracks", draft.are_discs);
-    for (part, is_part) in [
-        ("top", true),
-        ("balls", !are_discs),
-        ("discs", are_discs),
-        ("mass", true),
-        ("filmed balls", is_film && !are_discs),
-        ("spin", !are_discs && !first.has_spins),
-    ] {
-        draft.add(if is_part { part } else { "" }, &[]);
+    let (is_film, lengths) = (first.kind == "tracks", Lengths::of(&surveys));
+    lengths.describe_balls(&mut draft);
+    if is_film && !draft.are_discs {
+        draft.add("filmed balls", &[]);
     }
-    draft.state("name", name, "also the name of its folder under fits/");
-    draft.set("kind", first.kind);
-    let listed = seen.iter().map(|Seen { file, .. }| {
-        file.strip_prefix(&draft.folder).unwrap_or(file).to_string_lossy().replace('\\', "/")
-    });
-    draft.set("files", listed.collect::<Vec<String>>());
+    if !draft.are_discs && !first.has_spins {
+        draft.add("spin", &[]);
+    }
     if !is_film {
         return Ok(draft);
     }
-    describe_video(&surveys, &mut draft);
-    describe_lengths(&surveys, &mut draft);
+    let stated = surveys.first().and_then(|first| first.stated_fps).map(|fps| fps.to_string());
+    let follows = draft.follows.map(|fps| ((1e4 * fps).round() / 1e4).to_string());
+    match (stated, follows) {
+        (Some(fps), _) => draft.add("stated rate", &[("fps", &fps)]),
+        (None, Some(fps)) => draft.add("rate of the times", &[("fps", &fps)]),
+        (None, None) => draft.add("rate", &[]),
+    }
+    lengths.describe_unit(&mut draft);
     if let [first, ..] = surveys[..] {
         describe_tracks(first, &tracks, &surveys, &mut draft);
     } else {
         describe_unknown(&first.file, &mut draft);
     }
     if let Some(table) = table {
-        draft.find(format!("{}: what differs from shot to shot.", table.display()));
+        draft.add("table of shots", &[("table", &table.display().to_string())]);
         draft.set("shots", table.file_name().unwrap_or_default().to_string_lossy().into_owned());
     }
     Ok(draft)
@@ -227,74 +225,78 @@ fn times(survey: &Survey) -> (Option<f64>, Option<&'static str>) {
     }
 }
 
-fn describe_video(surveys: &[&Survey], draft: &mut Draft) {
-    let stated = surveys.first().and_then(|first| first.stated_fps);
-    let follows = draft.follows.map(|fps| ((1e4 * fps).round() / 1e4).to_string());
-    match (stated, follows) {
-        (Some(fps), _) => {
-            draft.find(format!("The file states {fps} frames per second."));
-            draft.add("video", &[]);
-            draft.state("capture_fps", fps, "as the file states");
-        }
-        (None, Some(fps)) => {
-            draft.find(format!("The times follow {fps} frames per second."));
-            draft.add("times", &[("fps", &fps)]);
-        }
-        (None, None) => draft.add("video", &[]),
-    }
+/// The lengths in the files.
+struct Lengths {
+    extent: f64,
+    /// Least distance of the centres of two balls; infinite without balls.
+    nearest: f64,
+    stated: Option<&'static str>,
+    /// The unit, stated or metres by the extent and the contact of balls.
+    unit: Option<&'static str>,
 }
 
-/// Drafts the scale and the radius of balls: at most half of the least distance of their centres,
-/// if the scale is known.
-fn describe_lengths(surveys: &[&Survey], draft: &mut Draft) {
-    let extent = surveys.iter().map(|survey| survey.extent).fold(0.0, f64::max);
-    // infinite without balls
-    let nearest = surveys.iter().filter_map(|survey| survey.closest).fold(f64::INFINITY, f64::min);
-    let stated = surveys.first().and_then(|first| first.unit);
-    let may_touch = draft.are_discs || nearest.is_infinite() || DIAMETERS.contains(&nearest);
-    let unit = stated.or((METRES.contains(&extent) && may_touch).then_some("m"));
-    let in_metres = unit.and_then(metres).map(|metres| metres * nearest);
-    let in_metres = in_metres.filter(|nearest| !draft.are_discs && *nearest < DIAMETERS.end).unwrap_or(0.0);
-    if let Some((ball, radius)) = BALLS.iter().find(|(_, radius)| *radius <= 0.5 * NEARER * in_metres) {
-        let why = format!("{ball} balls: the centres come as near as {:.1} mm", 1e3 * in_metres);
-        draft.find(format!("The balls are taken as {why}."));
-        draft.state("radius_m", *radius, &why);
+impl Lengths {
+    fn of(surveys: &[&Survey]) -> Self {
+        let extent = surveys.iter().map(|survey| survey.extent).fold(0.0, f64::max);
+        let nearest = surveys.iter().filter_map(|survey| survey.closest).fold(f64::INFINITY, f64::min);
+        let are_discs = surveys.iter().any(|survey| survey.are_discs);
+        let may_touch = are_discs || nearest.is_infinite() || DIAMETERS.contains(&nearest);
+        let stated = surveys.first().and_then(|first| first.unit);
+        let unit = stated.or((METRES.contains(&extent) && may_touch).then_some("m"));
+        Self { extent, nearest, stated, unit }
     }
-    let span = format!("{extent:.3}");
-    draft.add("scale", &[("extent", &span)]);
-    if let Some(unit) = unit {
-        let guessed = format!("the positions span {span}: metres, if the film was calibrated");
-        draft.state("length_unit", unit, if stated.is_some() { "as the file states" } else { &guessed });
-    } else if METRES.contains(&extent) {
-        draft.find(format!(
-            "The positions span {span}, but the centres come no nearer than {nearest:.4}: not the diameter of a ball in \
-             metres. If the unit is not known, write px."
-        ));
+
+    /// Drafts the radius: at most half of the least distance of the centres, if the scale is known.
+    fn describe_balls(&self, draft: &mut Draft) {
+        let nearest = self.unit.and_then(metres).map(|metres| metres * self.nearest);
+        let nearest = nearest.filter(|nearest| *nearest < DIAMETERS.end).unwrap_or(0.0);
+        let near = format!("{:.1}", 1e3 * nearest);
+        match BALLS.iter().find(|(_, radius)| *radius <= 0.5 * NEARER * nearest) {
+            _ if draft.are_discs => draft.add("discs", &[]),
+            Some((ball, radius)) => {
+                let radius = radius.to_string();
+                draft.add("balls", &[("ball", ball), ("radius", &radius), ("nearest", &near)]);
+            }
+            None => draft.add("pool balls", &[]),
+        }
+        draft.add("mass", &[]);
+    }
+
+    fn describe_unit(&self, draft: &mut Draft) {
+        let words = [format!("{:.3}", self.extent), format!("{:.4}", self.nearest)];
+        let words = [("extent", words[0].as_str()), ("nearest", words[1].as_str())];
+        match (self.stated, self.unit) {
+            (Some(unit), _) => draft.add("stated unit", &[("unit", unit)]),
+            (None, Some(_)) => draft.add("metres", &words),
+            (None, None) => draft.add("unit", &words),
+        }
+        if self.unit.is_none() && METRES.contains(&self.extent) {
+            draft.add("no metres", &words);
+        }
+        draft.add("axis", &[]);
     }
 }
 
 fn describe_tracks(first: &Survey, tracks: &[(&str, f64)], surveys: &[&Survey], draft: &mut Draft) {
     /// Maximum number of problems shown.
     const MAX_PROBLEMS: usize = 3;
-    let shots: usize = surveys.iter().map(|survey| survey.shots).sum();
+    let shots = surveys.iter().map(|survey| survey.shots).sum();
     let is_single = |survey: &&Survey| survey.tracks.len() == 1 && survey.shots == 1;
-    let what = if surveys.len() > 1 && surveys.iter().all(is_single) {
+    let shots = if surveys.len() > 1 && surveys.iter().all(is_single) {
         "one ball each: two whose names differ by the ball only (kick-A.txt, kick-B.txt) are a shot"
             .to_owned()
     } else {
         count_of(shots, "shot")
     };
-    draft.find(format!("{} of tracks, format {}, {what}.", count_of(surveys.len(), "file"), first.format));
-    let is_known = first.guess.columns.is_empty();
-    draft.add("format", &[]);
-    draft.set("format", if is_known { "auto" } else { "columns" });
+    let (count, is_known) = (count_of(surveys.len(), "file"), first.guess.columns.is_empty());
+    let layout = if is_known { "auto" } else { "columns" };
+    let words = [("count", count.as_str()), ("format", first.format), ("shots", &shots), ("layout", layout)];
+    draft.add("format", &words);
     if let Some(unit) = times(first).1 {
-        draft.find(format!("No film is as slow as the times are in seconds: taken as {unit}."));
         draft.add("time unit", &[("unit", unit)]);
     }
     let mut are_exchanged = false;
     if first.are_discs && is_known {
-        draft.find("Points keep their distances in two groups: two discs.");
         draft.add("any disc", &[]);
     } else {
         are_exchanged = describe_balls(tracks, &first.guess, draft);
@@ -303,11 +305,10 @@ fn describe_tracks(first: &Survey, tracks: &[(&str, f64)], surveys: &[&Survey], 
     if !is_known {
         describe_columns(&first.guess, are_exchanged, draft);
     }
-    let problems: Vec<&str> =
-        surveys.iter().flat_map(|survey| &survey.problems).map(String::as_str).collect();
+    let problems: Vec<&String> = surveys.iter().flat_map(|survey| &survey.problems).collect();
     if !problems.is_empty() {
-        let shown = problems[..problems.len().min(MAX_PROBLEMS)].join("\n  ");
-        draft.find(format!("To be corrected in the files ({} in all):\n  {shown}", problems.len()));
+        draft.add("faults", &[("count", &problems.len().to_string())]);
+        draft.found.extend(problems.iter().take(MAX_PROBLEMS).map(|problem| format!("  {problem}")));
     }
 }
 
@@ -315,7 +316,7 @@ fn describe_tracks(first: &Survey, tracks: &[(&str, f64)], surveys: &[&Survey], 
 fn describe_balls(tracks: &[(&str, f64)], guess: &Guess, draft: &mut Draft) -> bool {
     let listed: Vec<String> = tracks.iter().map(|(name, _)| format!("\"{name}\"")).collect();
     let listed = listed.join(", ");
-    draft.find(format!("Tracks: {listed}."));
+    draft.add("tracks", &[("tracks", &listed)]);
     let order = match tracks {
         [a, b] if a.1 + EARLIER < b.1 => Some([a.0, b.0]),
         [a, b] if b.1 + EARLIER < a.1 => Some([b.0, a.0]),
@@ -328,24 +329,19 @@ fn describe_balls(tracks: &[(&str, f64)], guess: &Guess, draft: &mut Draft) -> b
             // names such as cue and object are believed
             let is_believed = cue != "cue" && column.contains("obj");
             let so = if is_believed { "exchange cue and object below if it is" } else { "and so is" };
-            draft.find(format!("The ball of column {column} moves first."));
             draft.add("column moves first", &[("column", &column), ("so", so)]);
             return cue != "cue" && !is_believed;
         }
         (Some([cue, object]), None) => {
-            draft.find(format!("\"{cue}\" moves first: taken as the cue ball."));
-            draft.add("moves first", &[]);
-            draft.state("cue", cue, "it moves first");
-            draft.set("object", object);
+            draft.add("moves first", &[("cue", &toml(cue)), ("object", &toml(object))]);
         }
-        (None, _) if guess.columns.contains_key("cue_x") => draft.add("undecided", &[]),
-        (None, _) => draft.add("which is which", &[("tracks", &listed)]),
+        (None, _) if guess.columns.contains_key("cue_x") => draft.add("undecided columns", &[]),
+        (None, _) => draft.add("undecided", &[("tracks", &listed)]),
     }
     false
 }
 
 fn describe_columns(guess: &Guess, are_exchanged: bool, draft: &mut Draft) {
-    draft.find("In no known format: [tracks.columns] is guessed from the names of columns; check it.");
     draft.add("columns", &[]);
     for (key, column) in &guess.columns {
         // the keys in the same order, with the columns of the other ball
@@ -356,9 +352,9 @@ fn describe_columns(guess: &Guess, are_exchanged: bool, draft: &mut Draft) {
         };
         let line = format!("{key} = {}", other.unwrap_or(column).shown());
         if guess.is_doubtful(key) {
-            draft.push(format!("# {line}"), DOUBT);
+            draft.push(&format!("# {line}"), DOUBT);
         } else {
-            draft.push(line, "");
+            draft.lines.push(line);
         }
     }
 }
@@ -368,16 +364,13 @@ fn describe_unknown(file: &Path, draft: &mut Draft) {
     /// Maximum number of lines shown, and of characters of each.
     const MAX_LINES: usize = 6;
     const MAX_CHARACTERS: usize = 160;
-    let what = "Say under [tracks.columns] which column is what, by its name or by its number, from 1 on.";
-    draft.find(format!("{}: no known format. {what}", file.display()));
-    draft.add("one row per ball", &[]);
+    draft.add("no format", &[("file", &file.display().to_string())]);
     draft.add("shots", &[("columns", &KNOWN[1..].join(", "))]);
     draft.add("lines", &[]);
     let bytes = std::fs::read(file).unwrap_or_default();
     for (_, line) in filled_lines(&decode(&bytes).0).take(MAX_LINES) {
         let short: String = line.chars().take(MAX_CHARACTERS).collect();
-        let more = if short.len() < line.len() { "…" } else { "" };
-        draft.push(format!("#   {short}{more}"), "");
+        draft.lines.push(format!("#   {short}{}", if short.len() < line.len() { "…" } else { "" }));
     }
     draft.add("unknown columns", &[]);
 }
