@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::{Expected, PlayedKind, SpinFrom};
 use crate::io::DatasetError;
-use crate::io::balls::{BallSection, Shape, StatedObject};
+use crate::io::balls::{BallSection, Shape};
 use crate::io::error::Problems;
 use crate::io::toml_file::{self, Source};
 use crate::measurement::fault::{Condition, FRACTION, Fault, Faults, POSITIVE};
@@ -26,7 +26,7 @@ const SPINS: Condition = (|x| x.abs() <= 2.0, "from -2 to 2, in parts of the nat
 struct Keys {
     expected: CoefficientsSection,
     ball: BallSection,
-    object: Option<StatedObject>,
+    object: Option<BallSection>,
     cloth: Cloth,
     camera: Camera,
     want: CoefficientsSection,
@@ -74,7 +74,7 @@ impl Keys {
         }
         let default = Expected::default();
         let Coefficients { mu, mu_s, e } = default.coefficients;
-        let (cue, _) = ball.check(object.as_ref(), source);
+        let cue = ball.cue(object.as_ref(), source);
         let wanted = [want.mu, want.mu_s, want.e];
         Expected {
             coefficients: Coefficients {
@@ -83,7 +83,7 @@ impl Keys {
                 e: expected.e.unwrap_or(e),
             },
             ball: cue,
-            object: object.map(|object| object.check(&ball, &cue, source)),
+            object: object.map(|object| object.object(&ball, cue, source)),
             cloth,
             camera,
             kinds: if kind.is_empty() { default.kinds } else { kind },

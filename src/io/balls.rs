@@ -3,30 +3,42 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::toml_file::Source;
-use crate::measurement::dataset::{ObjectBall, UNWEIGHED, WEIGHED_KG};
+use super::toml_file::{Rule, Source};
+use crate::measurement::dataset::{ObjectBall, WEIGHED_KG};
 use crate::measurement::fault::{Condition, INERTIA, NOT_NEGATIVE, POSITIVE};
 use crate::measurement::number::plain;
 use crate::physics::ball::{Ball, UNIFORM_SPHERE};
-use crate::physics::collision::{MASS_RATIOS, POISSON};
+use crate::physics::collision::MASS_RATIOS;
 
 /// The moment of inertia of a disc over MR².
 const DISC_INERTIA: Condition = (|x| x > 0.0 && x <= 1.0, "more than 0, at most 1 (a ring)");
 
 const ELASTIC: Condition = (|x| (0.0..=0.5).contains(&x), "Poisson's ratio, 0 to 0.5");
 
-/// The cue ball, and the object ball unless it differs: section `[ball]`.
-#[derive(Default, Deserialize, Serialize, JsonSchema)]
+const RULES: [Rule; 4] = [
+    (POSITIVE, "ball.radius_m ball.mass_kg object.radius_m object.mass_kg"),
+    (NOT_NEGATIVE, "ball.radius_m_sd ball.mass_kg_sd object.radius_m_sd object.mass_kg_sd"),
+    (ELASTIC, "ball.poisson"),
+    (INERTIA, "object.inertia"),
+];
+
+/// `[ball]`, the cue ball, or `[object]`, the properties of the object ball that differ from it.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, expecting = "a table, as in [ball] radius_m = 0.028575")]
 pub(crate) struct BallSection {
+    /// Shape of both, in `[ball]` only.
     #[serde(skip_serializing)]
     pub(crate) shape: Shape,
     pub(crate) radius_m: Option<f64>,
+    /// Standard deviation of the radius, m; `None`: exact.
     pub(crate) radius_m_sd: Option<f64>,
     pub(crate) mass_kg: Option<f64>,
+    /// Standard deviation of the mass, kg. `None`: exact in a SPEC.toml, that of a kitchen scale in
+    /// a dataset.toml.
     pub(crate) mass_kg_sd: Option<f64>,
+    /// Moment of inertia over MR², ν.
     pub(crate) inertia: Option<f64>,
-    /// Poisson's ratio of the balls' material.
+    /// Poisson's ratio of the material of both, in `[ball]` only.
     pub(crate) poisson: Option<f64>,
 }
 
@@ -39,48 +51,27 @@ pub(crate) enum Shape {
     Disc,
 }
 
-/// Properties of the object ball that differ from the cue ball's: section `[object]`.
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, Serialize, PartialEq)]
-#[serde(deny_unknown_fields, default, expecting = "a table, as in [object] mass_kg = 0.165")]
-pub(crate) struct StatedObject {
-    /// Its radius, m; `None`: that of the cue ball.
-    pub(crate) radius_m: Option<f64>,
-    /// The standard deviation of its radius, m; 0: exact.
-    pub(crate) radius_m_sd: f64,
-    /// Its mass, kg; `None`: that of the cue ball.
-    pub(crate) mass_kg: Option<f64>,
-    /// The standard deviation of its mass, kg. `None`: exact in a SPEC.toml, that of a kitchen
-    /// scale in a dataset.toml.
-    pub(crate) mass_kg_sd: Option<f64>,
-    /// Its moment of inertia over MR², ν; `None`: that of the cue ball.
-    pub(crate) inertia: Option<f64>,
-}
-
 impl BallSection {
-    /// Returns the ball, and Poisson's ratio of its material. If only the mass of `object` is
-    /// stated, both balls have this mass.
-    pub(crate) fn check(&self, object: Option<&StatedObject>, source: &Source) -> (Ball, f64) {
-        let number = |key, given, condition| source.number(key, given, condition);
-        number("ball.radius_m_sd", self.radius_m_sd, NOT_NEGATIVE);
-        number("ball.mass_kg_sd", self.mass_kg_sd, NOT_NEGATIVE);
-        let possible = if self.shape == Shape::Disc { DISC_INERTIA } else { INERTIA };
-        let other_mass = object.and_then(|object| object.mass_kg).filter(|mass| *mass > 0.0);
-        let mass = number("ball.mass_kg", self.mass_kg, POSITIVE).or(other_mass);
-        let ball = Ball {
-            radius: number("ball.radius_m", self.radius_m, POSITIVE).unwrap_or(Ball::POOL.radius),
+    /// Returns the checked cue ball. If only the mass of `object` is stated, it has this mass.
+    pub(crate) fn cue(&self, object: Option<&Self>, source: &Source) -> Ball {
+        source.check(&RULES);
+        let inertia = if self.shape == Shape::Disc { DISC_INERTIA } else { INERTIA };
+        source.check(&[(inertia, "ball.inertia")]);
+        for key in ["object.shape", "object.poisson"].into_iter().filter(|key| source.has(key)) {
+            source.wrong(key, format!("{key} is that of both; expected it in [ball]"));
+        }
+        let mass = self.mass_kg.or(object.and_then(|object| object.mass_kg).filter(|mass| *mass > 0.0));
+        Ball {
+            radius: self.radius_m.unwrap_or(Ball::POOL.radius),
             mass: mass.unwrap_or(Ball::POOL.mass),
-            inertia: number("ball.inertia", self.inertia, possible).unwrap_or(UNIFORM_SPHERE),
-        };
-        (ball, number("ball.poisson", self.poisson, ELASTIC).unwrap_or(POISSON))
+            inertia: self.inertia.unwrap_or(UNIFORM_SPHERE),
+        }
     }
-}
 
-impl StatedObject {
     /// Returns the object ball beside a cue ball whose mass and radius have these standard
     /// deviations. A radius that is not stated is the cue ball's, with its error, which then
     /// cancels; a mass without value and error is unknown.
-    #[must_use]
-    pub fn beside(&self, cue: Ball, [mass_sd, radius_sd]: [f64; 2]) -> ObjectBall {
+    pub(crate) fn beside(&self, cue: Ball, [mass_sd, radius_sd]: [f64; 2]) -> ObjectBall {
         let own_sd = self.mass_kg_sd.unwrap_or(0.0);
         let is_stated = self.mass_kg.is_some() || own_sd > 0.0;
         ObjectBall {
@@ -90,29 +81,24 @@ impl StatedObject {
                 inertia: self.inertia.unwrap_or(cue.inertia),
             },
             mass_sd: is_stated.then(|| [self.mass_kg.map_or(0.0, |_| mass_sd), own_sd]),
-            radius_sd: [self.radius_m.map_or(0.0, |_| radius_sd), self.radius_m_sd],
+            radius_sd: [self.radius_m.map_or(0.0, |_| radius_sd), self.radius_m_sd.unwrap_or(0.0)],
         }
     }
 
     /// Returns the checked object ball beside the cue ball of `[ball]`; a mass without an error is
-    /// from a kitchen scale.
-    pub(crate) fn check(&self, own: &BallSection, cue: &Ball, source: &Source) -> ObjectBall {
-        source.number("object.radius_m", self.radius_m, POSITIVE);
-        source.number("object.radius_m_sd", Some(self.radius_m_sd), NOT_NEGATIVE);
-        source.number("object.mass_kg", self.mass_kg, POSITIVE);
-        source.number("object.mass_kg_sd", self.mass_kg_sd, NOT_NEGATIVE);
-        source.number("object.inertia", self.inertia, INERTIA);
-        // one mass alone does not determine the ratio of the masses
-        let mass_kg = self.mass_kg.filter(|_| own.mass_kg.is_some());
-        let mass_kg_sd = self.mass_kg_sd.or(self.mass_kg.map(|_| WEIGHED_KG));
-        let mass_kg_sd = mass_kg_sd.filter(|_| own.mass_kg.is_some());
-        let sds = [own.mass_kg_sd.unwrap_or(WEIGHED_KG), own.radius_m_sd.unwrap_or(0.0)];
-        let object = Self { mass_kg, mass_kg_sd, ..*self }.beside(*cue, sds);
+    /// from a kitchen scale, and one mass alone does not determine the ratio of the masses.
+    pub(crate) fn object(mut self, ball: &Self, cue: Ball, source: &Source) -> ObjectBall {
+        let written = source.written("object.mass_kg");
+        self.mass_kg_sd = self.mass_kg_sd.or(self.mass_kg.map(|_| WEIGHED_KG));
+        if ball.mass_kg.is_none() {
+            (self.mass_kg, self.mass_kg_sd) = (None, None);
+        }
+        let sds = [ball.mass_kg_sd.unwrap_or(WEIGHED_KG), ball.radius_m_sd.unwrap_or(0.0)];
+        let object = self.beside(cue, sds);
         let ratio = cue.mass / object.ball.mass;
-        if mass_kg.is_some() && ratio > 0.0 && ratio.is_finite() && !MASS_RATIOS.contains(&ratio) {
+        if ratio > 0.0 && ratio.is_finite() && !MASS_RATIOS.contains(&ratio) {
             let message = format!(
-                "object.mass_kg is {}, which makes the cue ball ({} kg) {} times as heavy as the object ball; expected {} to {} times",
-                source.written("object.mass_kg").unwrap_or_default(),
+                "object.mass_kg is {written}, which makes the cue ball ({} kg) {} times as heavy as the object ball; expected {} to {} times",
                 cue.mass,
                 plain(ratio, 2),
                 MASS_RATIOS.start(),
@@ -121,25 +107,6 @@ impl StatedObject {
             source.wrong("object.mass_kg", message);
         }
         object
-    }
-
-    /// Returns notes on the cue ball's properties that were assumed for want of a statement.
-    pub(crate) fn taken(&self, own: &BallSection, cue: &Ball) -> Vec<String> {
-        let mut said = Vec::new();
-        if self.mass_kg.is_some() && own.mass_kg.is_none() {
-            said.push(format!(
-                "The cue ball's mass was not stated, so that [object] mass_kg does not determine the ratio of the masses: 1 ± {UNWEIGHED} was \
-                 taken. Weigh the cue ball, too, and give [ball] mass_kg."
-            ));
-        }
-        if self.radius_m.is_some() && own.radius_m.is_none() {
-            said.push(format!(
-                "The cue ball's radius was not stated; {} m was taken, against the object ball's of [object] radius_m. If it differs, \
-                 give [ball] radius_m.",
-                cue.radius
-            ));
-        }
-        said
     }
 }
 

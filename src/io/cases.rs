@@ -4,8 +4,9 @@ use std::path::Path;
 
 use super::DatasetError;
 use super::error::Problems;
-use super::rows;
+use super::rows::{self, Numbers};
 use super::table::Table;
+use crate::measurement::fault::FINITE;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::collision::{Coefficients, Model, NotACollision, Outcome};
 use crate::physics::contact_frame;
@@ -32,8 +33,7 @@ pub(crate) struct Case {
 }
 
 /// The columns of numbers that a file of cases must have, and those that it may have.
-const NUMBERS: [&str; 9] =
-    ["speed_m_s", "cut_deg", "omega_x", "omega_y", "omega_z", "mu", "mu_s", "e", "radius_m"];
+const NUMBERS: &str = "speed_m_s cut_deg omega_x omega_y omega_z mu mu_s e radius_m";
 const OPTIONAL: [&str; 2] = ["kappa", "mass_ratio"];
 
 impl Case {
@@ -88,18 +88,17 @@ pub(crate) fn collide_all(
 ) -> Result<Vec<Computed>, DatasetError> {
     let problems = Problems::new(format!("the cases {} cannot be computed:", path.display()));
     let Some(table) = Table::read(path, &problems) else { return Err(problems.into_error()) };
-    let needed: Vec<_> = ["name"].into_iter().chain(NUMBERS).collect();
-    let known: Vec<_> = needed.iter().copied().chain(OPTIONAL).collect();
-    rows::check_names(&table, &known, &needed);
-    let columns = NUMBERS.map(|column| table.numbers(column).unwrap_or_default());
-    let optional = OPTIONAL.map(|column| table.numbers(column).unwrap_or_default());
+    let columns = NUMBERS.split(' ').chain(OPTIONAL);
+    let known: Vec<&str> = columns.clone().chain(["name"]).collect();
+    rows::check_names(&table, &known, &format!("name {NUMBERS}"));
+    let numbers = Numbers::read(&table, columns.map(|name| (name, 1.0, FINITE)));
     let mut collided = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {
-        let cells: Option<Vec<f64>> = columns.iter().map(|column| *column.get(row)?).collect();
-        let cells = cells.unwrap_or_default();
+        let at = |column| numbers.at(column, row).map(|number| number.value);
+        let cells: Vec<f64> = NUMBERS.split(' ').filter_map(at).collect();
         let [speed, cut_deg, x, y, z, mu, mu_s, e, radius] = cells[..] else { continue };
         let name = table.text("name", row).unwrap_or_default();
-        let [kappa, mass_ratio] = optional.each_ref().map(|column| column.get(row).copied().flatten());
+        let [kappa, mass_ratio] = OPTIONAL.map(at);
         let spin = Vec3::new(x, y, z);
         let case =
             Case { name: name.to_owned(), speed, cut_deg, spin, mu, mu_s, e, radius, kappa, mass_ratio };

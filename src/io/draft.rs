@@ -1,16 +1,21 @@
-//! CSV files → a commented dataset.toml, with blanks for what the files do not show.
+//! CSV files → a commented dataset.toml from a template, with blanks for what the files do not show.
 
 use std::path::{Path, PathBuf};
 
+use toml::Value;
+
 use super::Survey;
 use super::draft_files::{Seen, is_shots_table, listed, look_at, refused};
-pub(crate) use super::draft_text::Draft;
-use super::draft_text::{NUMBER, TEXT, quoted};
 use super::error::Problem;
 use super::text::{decode, filled_lines};
 use super::tracking::shots_table::KNOWN;
 use super::tracking::{Column, Guess, metres};
 use crate::measurement::number::count_of;
+
+/// Parts of a dataset.toml, each below a line with @ and its name; words in braces are filled in. A
+/// line behind > is a finding. A key behind # is to be stated by the user, who must do so if its
+/// comment says FILL IN.
+const TEMPLATE: &str = include_str!("draft.toml");
 
 /// Name of the table of properties of single shots.
 const SHOTS: &str = "shots.csv";
@@ -18,6 +23,9 @@ const SHOTS: &str = "shots.csv";
 /// Least difference of the times at which two balls begin to move, as a part of the film, for the
 /// first to be the cue ball.
 const EARLIER: f64 = 0.05;
+
+/// Least frame rate of a film of balls: no film is as slow as times in ms would be in seconds.
+const LEAST_FPS: f64 = 2.0;
 
 /// Plausible extents of positions, m: a table is 2.84 m long; films show a few centimetres.
 const METRES: std::ops::Range<f64> = 0.02..4.0;
@@ -32,6 +40,104 @@ const NEARER: f64 = 1.02;
 /// Remark on the size of a box if names do not show whether x and y are a corner or the middle.
 const DOUBT: &str = "of a box: take the # away, from both, if x and y are its corner, and not its middle";
 
+/// A dataset.toml that was drafted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Draft {
+    /// The folder that the draft belongs in: the one that holds all the files.
+    pub(crate) folder: PathBuf,
+    /// Findings about the files, in sentences.
+    pub(crate) found: Vec<String>,
+    /// The names of the tracks, in the order of first appearance.
+    pub(crate) tracks: Vec<String>,
+    /// Frames per second that the times in the files follow, if they are in seconds.
+    pub(crate) follows: Option<f64>,
+    /// Whether the files show discs, and not balls.
+    pub(crate) are_discs: bool,
+    lines: Vec<String>,
+}
+
+/// Returns the key of a line, also if it is behind #.
+fn key_of(line: &str) -> &str {
+    line.trim_start_matches("# ").split_once(" = ").map_or("", |(key, _)| key)
+}
+
+/// Returns a value as TOML writes it.
+fn toml(value: impl Into<Value>) -> String {
+    value.into().to_string()
+}
+
+impl Draft {
+    /// Adds a part of the template with the words that stand for names in braces.
+    fn add(&mut self, part: &str, words: &[(&str, &str)]) {
+        let fill = |text: &str| {
+            let fill = |text: String, (name, word): &(&str, &str)| text.replace(&format!("{{{name}}}"), word);
+            words.iter().fold(text.to_owned(), fill)
+        };
+        let parts = TEMPLATE.split('@').filter_map(|text| text.split_once('\n'));
+        for line in parts.filter(|(name, _)| *name == part).flat_map(|(_, text)| text.lines()) {
+            match (line.strip_prefix("> "), line.split_once(" # ")) {
+                (Some(finding), _) => self.found.push(fill(finding)),
+                (_, Some((line, comment))) => self.push(&fill(line.trim_end()), &fill(comment)),
+                _ => self.lines.push(fill(line)),
+            }
+        }
+    }
+
+    /// Adds a line with a comment.
+    fn push(&mut self, line: &str, comment: &str) {
+        self.lines.push(format!("{line:<28} # {comment}"));
+    }
+
+    /// Returns the text of the dataset.toml.
+    pub(crate) fn text(&self) -> String {
+        self.lines.join("\n") + "\n"
+    }
+
+    /// Returns the names of what has to be filled in.
+    pub(crate) fn blanks(&self) -> Vec<&str> {
+        let blanks = self.lines.iter().filter(|line| line.contains(" # FILL IN: "));
+        let names = blanks.map(|line| match key_of(line) {
+            "assume" => "cue_spin",
+            "cue" => "which ball is which",
+            "t" => "which column is what",
+            key => key,
+        });
+        names.collect()
+    }
+
+    /// States a key of the draft, whether stated, suggested or blank.
+    pub(crate) fn set(&mut self, key: &str, value: impl Into<Value>) {
+        if let Some(line) = self.lines.iter_mut().find(|line| key_of(line) == key) {
+            *line = format!("{key} = {}", value.into());
+        }
+    }
+
+    /// Returns the number of a key that is stated, as TOML writes it.
+    pub(crate) fn value(&self, key: &str) -> Option<&str> {
+        let stated = self.lines.iter().find_map(|line| line.strip_prefix(key)?.strip_prefix(" = "));
+        stated.and_then(|stated| stated.split(' ').next())
+    }
+
+    /// States the camera's frame rate. Returns whether the times in the files are those of slow
+    /// motion: of a film recorded more than 5 % faster than they follow.
+    pub(crate) fn set_fps(&mut self, fps: f64) -> bool {
+        self.set("capture_fps", fps);
+        let slow = self.follows.filter(|follows| fps > 1.05 * follows);
+        if let Some(follows) = slow {
+            self.set("playback_fps", (1e4 * follows).round() / 1e4);
+        }
+        slow.is_some()
+    }
+
+    /// States the unit of lengths; in pixels y grows downwards.
+    pub(crate) fn set_unit(&mut self, unit: &str) {
+        self.set("length_unit", unit);
+        if unit == "px" {
+            self.set("y_axis", "down");
+        }
+    }
+}
+
 /// Drafts the dataset.toml of files, or of the tables in folders; at least one is named.
 ///
 /// # Errors
@@ -43,7 +149,7 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
     };
     let table = files.iter().position(is_shots).filter(|_| files.len() > 1).map(|i| files.remove(i));
     let mut draft = Draft::default();
-    let seen = look_at(&files, &mut draft)?;
+    let seen = look_at(&files, &mut draft.found)?;
     draft.folder = match named {
         // also if all tables are in one of its subfolders
         [folder] if folder.is_dir() => folder.clone(),
@@ -54,60 +160,51 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
         }
     };
     let here = if draft.folder.as_os_str().is_empty() { Path::new(".") } else { &draft.folder };
+    let Some(first) = seen.first() else { return Err(refused(here, "holds no table")) };
     let name = std::path::absolute(here).unwrap_or_else(|_| here.to_path_buf());
     let name = name.file_name().map_or("my-data".into(), |name| name.to_string_lossy().into_owned());
-    let Some(first) = seen.first() else { return Err(refused(here, "holds no table")) };
+    let relative = seen.iter().map(|Seen { file, .. }| {
+        file.strip_prefix(&draft.folder).unwrap_or(file).to_string_lossy().replace('\\', "/")
+    });
+    let relative = toml(relative.collect::<Vec<String>>());
+    draft.add("top", &[("name", &toml(name)), ("kind", &toml(first.kind)), ("files", &relative)]);
     let surveys: Vec<&Survey> = seen.iter().filter_map(|seen| seen.survey.as_ref()).collect();
-    draft.tracks = names(&surveys).into_iter().map(|(name, _)| name.to_owned()).collect();
+    let tracks = names(&surveys);
+    draft.tracks = tracks.iter().map(|(name, _)| (*name).to_owned()).collect();
     draft.follows = surveys.first().and_then(|first| times(first).0);
     draft.are_discs = surveys.first().is_some_and(|first| first.are_discs);
-    draft.line("# Drafted by caromfit init. Lines with FILL IN need values that the files do not state.");
-    draft.state("name", quoted(&name), "also the name of its folder under fits/");
-    draft.state("kind", quoted(first.kind), "");
-    let listed = seen.iter().map(|Seen { file, .. }| {
-        quoted(&file.strip_prefix(&draft.folder).unwrap_or(file).to_string_lossy().replace('\\', "/"))
-    });
-    let listed = listed.collect::<Vec<_>>().join(", ");
-    draft.state("files", format!("[{listed}]"), "");
-    draft.suggest("cloth", TEXT, "label of the cloth, for `caromfit compare`; optional");
-    draft.suggest("source", TEXT, "who measured it, how, when; optional");
-    let lengths = Lengths::of(&surveys);
-    draft.line("\n[ball]");
-    if draft.are_discs {
-        let why = "what was followed are points on two discs, or discs with their angles";
-        draft.state("shape", "\"disc\"", why);
-        let why = "of the discs; optional: otherwise estimated from the tracks at contact";
-        draft.suggest("radius_m", NUMBER, why);
-    } else {
-        lengths.describe_radius(&mut draft);
-    }
-    let why = "of the first ball or disc, and [object] mass_kg of the other, weighed to 0.1 g; optional";
-    draft.suggest("mass_kg", NUMBER, why);
-    if first.kind == "tracks" && !draft.are_discs {
-        draft.suggest("shape", "\"disc\"", "pucks and coins, which slide and do not roll");
+    let (is_film, lengths) = (first.kind == "tracks", Lengths::of(&surveys));
+    lengths.describe_balls(&mut draft);
+    if is_film && !draft.are_discs {
+        draft.add("filmed balls", &[]);
     }
     if !draft.are_discs && !first.has_spins {
-        draft.line("\n[cue_spin]");
-        let why = "stun (it slides without turning), natural-roll (it rolls), measured, unknown";
-        draft.blank("cue_spin", "assume", TEXT, why);
+        draft.add("spin", &[]);
     }
-    if first.kind == "tracks" {
-        describe_video(&surveys, &mut draft);
-        lengths.describe_scale(&mut draft);
-        draft.line("\n[tracks]");
-        if surveys.is_empty() {
-            describe_unknown(&first.file, &mut draft);
-        } else {
-            describe_tracks(&surveys, &mut draft);
-        }
-        if let Some(table) = table {
-            draft.find(format!("{}: what differs from shot to shot.", table.display()));
-            draft.set("shots", table.file_name().unwrap_or_default().to_string_lossy().into_owned());
-        }
+    if !is_film {
+        return Ok(draft);
+    }
+    let stated = surveys.first().and_then(|first| first.stated_fps).map(|fps| fps.to_string());
+    let follows = draft.follows.map(|fps| ((1e4 * fps).round() / 1e4).to_string());
+    match (stated, follows) {
+        (Some(fps), _) => draft.add("stated rate", &[("fps", &fps)]),
+        (None, Some(fps)) => draft.add("rate of the times", &[("fps", &fps)]),
+        (None, None) => draft.add("rate", &[]),
+    }
+    lengths.describe_unit(&mut draft);
+    if let [first, ..] = surveys[..] {
+        describe_tracks(first, &tracks, &surveys, &mut draft);
+    } else {
+        describe_unknown(&first.file, &mut draft);
+    }
+    if let Some(table) = table {
+        draft.add("table of shots", &[("table", &table.display().to_string())]);
+        draft.set("shots", table.file_name().unwrap_or_default().to_string_lossy().into_owned());
     }
     Ok(draft)
 }
 
+/// Returns the names of the tracks of all files, each with the part of the time at which it moves.
 fn names<'a>(surveys: &[&'a Survey]) -> Vec<(&'a str, f64)> {
     let mut names: Vec<(&str, f64)> = Vec::new();
     for (name, begin) in surveys.iter().flat_map(|survey| &survey.tracks) {
@@ -118,34 +215,14 @@ fn names<'a>(surveys: &[&'a Survey]) -> Vec<(&'a str, f64)> {
     names
 }
 
-/// Returns the frame rate that the times follow, and their unit if it is not seconds: no film is as
-/// slow as times in ms would be in seconds.
+/// Returns the frame rate that the times follow, and their unit if it is not seconds.
 fn times(survey: &Survey) -> (Option<f64>, Option<&'static str>) {
-    /// Least frame rate of a film of balls.
-    const LEAST_FPS: f64 = 2.0;
     match survey.times_fps {
         Some(fps) if (fps - 1.0).abs() < 1e-3 => (None, Some("frames")),
         Some(fps) if fps < 1e-3 * LEAST_FPS => (Some(1e6 * fps), Some("us")),
         Some(fps) if fps < LEAST_FPS => (Some(1e3 * fps), Some("ms")),
         fps => (fps, None),
     }
-}
-
-fn describe_video(surveys: &[&Survey], draft: &mut Draft) {
-    draft.line("\n[video]");
-    if let Some(fps) = surveys.first().and_then(|first| first.stated_fps) {
-        draft.find(format!("The file states {fps} frames per second."));
-        return draft.state("capture_fps", format!("{fps:?}"), "as the file states");
-    }
-    let why = "frames per second that the camera recorded at, not the playback rate";
-    let Some(fps) = draft.follows.map(|fps| (1e4 * fps).round() / 1e4) else {
-        return draft.blank("capture_fps", "capture_fps", NUMBER, why);
-    };
-    draft.find(format!("The times follow {fps} frames per second."));
-    let why = format!("{why}. The times in the files follow {fps} frames per second");
-    draft.blank("capture_fps", "capture_fps", NUMBER, why);
-    let why = "take the # away if the camera recorded faster, so that these times are those of slow motion";
-    draft.suggest("playback_fps", fps.to_string(), why);
 }
 
 /// The lengths in the files.
@@ -170,127 +247,102 @@ impl Lengths {
     }
 
     /// Drafts the radius: at most half of the least distance of the centres, if the scale is known.
-    fn describe_radius(&self, draft: &mut Draft) {
+    fn describe_balls(&self, draft: &mut Draft) {
         let nearest = self.unit.and_then(metres).map(|metres| metres * self.nearest);
         let nearest = nearest.filter(|nearest| *nearest < DIAMETERS.end).unwrap_or(0.0);
-        let Some((ball, radius)) = BALLS.iter().find(|(_, radius)| *radius <= 0.5 * NEARER * nearest) else {
-            let why = "a pool ball; carom 0.03075, snooker 0.02625: correct it if it is another";
-            return draft.state("radius_m", "0.028575", why);
-        };
-        let why = format!("{ball} balls: the centres come as near as {:.1} mm", 1e3 * nearest);
-        draft.find(format!("The balls are taken as {why}."));
-        draft.state("radius_m", radius.to_string(), why);
+        let near = format!("{:.1}", 1e3 * nearest);
+        match BALLS.iter().find(|(_, radius)| *radius <= 0.5 * NEARER * nearest) {
+            _ if draft.are_discs => draft.add("discs", &[]),
+            Some((ball, radius)) => {
+                let radius = radius.to_string();
+                draft.add("balls", &[("ball", ball), ("radius", &radius), ("nearest", &near)]);
+            }
+            None => draft.add("pool balls", &[]),
+        }
+        draft.add("mass", &[]);
     }
 
-    fn describe_scale(&self, draft: &mut Draft) {
-        let &Self { extent, nearest, .. } = self;
-        draft.line("\n[scale]");
-        if let Some(unit) = self.stated {
-            draft.state("length_unit", quoted(unit), "as the file states");
-        } else if let Some(unit) = self.unit {
-            let why = format!("the positions span {extent:.3}: metres, if the film was calibrated");
-            draft.state("length_unit", quoted(unit), why);
-        } else {
-            let units =
-                "m, cm, mm, in, ft, or px (the balls are then the ruler, unless m_per_px = … is given)";
-            let why = format!("{units}; the positions span {extent:.3}");
-            draft.blank("length_unit", "length_unit", TEXT, why);
-            if METRES.contains(&extent) {
-                draft.find(format!(
-                    "The positions span {extent:.3}, but the centres come no nearer than {nearest:.4}: not the diameter of a ball in \
-                     metres. If the unit is not known, write px."
-                ));
-            }
+    fn describe_unit(&self, draft: &mut Draft) {
+        let words = [format!("{:.3}", self.extent), format!("{:.4}", self.nearest)];
+        let words = [("extent", words[0].as_str()), ("nearest", words[1].as_str())];
+        match (self.stated, self.unit) {
+            (Some(unit), _) => draft.add("stated unit", &[("unit", unit)]),
+            (None, Some(_)) => draft.add("metres", &words),
+            (None, None) => draft.add("unit", &words),
         }
-        draft.state("y_axis", "\"up\"", "\"down\" if y grows downwards, as in pixels of a picture");
+        if self.unit.is_none() && METRES.contains(&self.extent) {
+            draft.add("no metres", &words);
+        }
+        draft.add("axis", &[]);
     }
 }
 
-fn describe_tracks(surveys: &[&Survey], draft: &mut Draft) {
+fn describe_tracks(first: &Survey, tracks: &[(&str, f64)], surveys: &[&Survey], draft: &mut Draft) {
     /// Maximum number of problems shown.
     const MAX_PROBLEMS: usize = 3;
-    let first = surveys[0];
-    let shots: usize = surveys.iter().map(|survey| survey.shots).sum();
+    let shots = surveys.iter().map(|survey| survey.shots).sum();
     let is_single = |survey: &&Survey| survey.tracks.len() == 1 && survey.shots == 1;
-    let what = if surveys.len() > 1 && surveys.iter().all(is_single) {
+    let shots = if surveys.len() > 1 && surveys.iter().all(is_single) {
         "one ball each: two whose names differ by the ball only (kick-A.txt, kick-B.txt) are a shot"
             .to_owned()
     } else {
         count_of(shots, "shot")
     };
-    draft.find(format!("{} of tracks, format {}, {what}.", count_of(surveys.len(), "file"), first.format));
-    let is_known = first.guess.columns.is_empty();
-    draft.state("format", if is_known { "\"auto\"" } else { "\"columns\"" }, "");
+    let (count, is_known) = (count_of(surveys.len(), "file"), first.guess.columns.is_empty());
+    let layout = if is_known { "auto" } else { "columns" };
+    let words = [("count", count.as_str()), ("format", first.format), ("shots", &shots), ("layout", layout)];
+    draft.add("format", &words);
     if let Some(unit) = times(first).1 {
-        draft.find(format!("No film is as slow as the times are in seconds: taken as {unit}."));
-        draft.state("time_unit", quoted(unit), "in seconds the film would be far too slow: check it");
+        draft.add("time unit", &[("unit", unit)]);
     }
     let mut are_exchanged = false;
     if first.are_discs && is_known {
-        draft.find("Points keep their distances in two groups: two discs.");
-        draft.line("# cue and object are found for every shot: the disc that moves first is cue. Else: cue = [\"…\", \"…\", \"…\"]");
+        draft.add("any disc", &[]);
     } else {
-        are_exchanged = describe_balls(&names(surveys), &first.guess, draft);
+        are_exchanged = describe_balls(tracks, &first.guess, draft);
     }
-    suggest_shots(draft);
+    draft.add("shots", &[("columns", &KNOWN[1..].join(", "))]);
     if !is_known {
         describe_columns(&first.guess, are_exchanged, draft);
     }
-    let problems: Vec<&str> =
-        surveys.iter().flat_map(|survey| &survey.problems).map(String::as_str).collect();
+    let problems: Vec<&String> = surveys.iter().flat_map(|survey| &survey.problems).collect();
     if !problems.is_empty() {
-        let shown = problems[..problems.len().min(MAX_PROBLEMS)].join("\n  ");
-        draft.find(format!("To be corrected in the files ({} in all):\n  {shown}", problems.len()));
+        draft.add("faults", &[("count", &problems.len().to_string())]);
+        draft.found.extend(problems.iter().take(MAX_PROBLEMS).map(|problem| format!("  {problem}")));
     }
 }
 
-fn suggest_shots(draft: &mut Draft) {
-    draft.suggest("shots", quoted(SHOTS), format!("optional: shot, and any of {}", KNOWN[1..].join(", ")));
-}
-
 /// Names both balls; returns whether their columns must be exchanged, since object_x moves first.
-fn describe_balls(names: &[(&str, f64)], guess: &Guess, draft: &mut Draft) -> bool {
-    let listed: Vec<String> = names.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+fn describe_balls(tracks: &[(&str, f64)], guess: &Guess, draft: &mut Draft) -> bool {
+    let listed: Vec<String> = tracks.iter().map(|(name, _)| format!("\"{name}\"")).collect();
     let listed = listed.join(", ");
-    draft.find(format!("Tracks: {listed}."));
-    let order = match names {
-        [a, b] if a.1 + EARLIER < b.1 => Some((a.0, b.0)),
-        [a, b] if b.1 + EARLIER < a.1 => Some((b.0, a.0)),
+    draft.add("tracks", &[("tracks", &listed)]);
+    let order = match tracks {
+        [a, b] if a.1 + EARLIER < b.1 => Some([a.0, b.0]),
+        [a, b] if b.1 + EARLIER < a.1 => Some([b.0, a.0]),
         _ => None,
     };
     // a table with a row per frame names the balls by its columns
-    let column = order.and_then(|(cue, _)| guess.columns.get(&format!("{cue}_x"))).map(Column::shown);
+    let column = order.and_then(|[cue, _]| guess.columns.get(&format!("{cue}_x"))).map(Column::shown);
     match (order, column) {
-        (Some((cue, _)), Some(column)) => {
+        (Some([cue, _]), Some(column)) => {
             // names such as cue and object are believed
             let is_believed = cue != "cue" && column.contains("obj");
             let so = if is_believed { "exchange cue and object below if it is" } else { "and so is" };
-            draft.find(format!("The ball of column {column} moves first."));
-            draft.line(format!("# the ball of column {column} moves first, {so} the cue ball"));
+            draft.add("column moves first", &[("column", &column), ("so", so)]);
             return cue != "cue" && !is_believed;
         }
-        (Some((cue, object)), None) => {
-            draft.find(format!("\"{cue}\" moves first: taken as the cue ball."));
-            draft.state("cue", quoted(cue), "it moves first");
-            draft.state("object", quoted(object), "");
+        (Some([cue, object]), None) => {
+            draft.add("moves first", &[("cue", &toml(cue)), ("object", &toml(object))]);
         }
-        (None, _) if guess.columns.contains_key("cue_x") => {
-            draft
-                .line("# the files leave open which ball is the cue ball, whose columns are cue_x and cue_y");
-        }
-        (None, _) => {
-            let why =
-                format!("which track is the cue ball, of {listed} (for each shot: column cue of {SHOTS})");
-            draft.blank("which ball is which", "cue", TEXT, why);
-            draft.suggest("object", TEXT, "and which the object ball");
-        }
+        (None, _) if guess.columns.contains_key("cue_x") => draft.add("undecided columns", &[]),
+        (None, _) => draft.add("undecided", &[("tracks", &listed)]),
     }
     false
 }
 
 fn describe_columns(guess: &Guess, are_exchanged: bool, draft: &mut Draft) {
-    draft.find("In no known format: [tracks.columns] is guessed from the names of columns; check it.");
-    draft.line("\n[tracks.columns]              # guessed: check it");
+    draft.add("columns", &[]);
     for (key, column) in &guess.columns {
         // the keys in the same order, with the columns of the other ball
         let other = match key.split_once('_') {
@@ -298,11 +350,11 @@ fn describe_columns(guess: &Guess, are_exchanged: bool, draft: &mut Draft) {
             Some(("object", rest)) if are_exchanged => guess.columns.get(&format!("cue_{rest}")),
             _ => None,
         };
-        let column = other.unwrap_or(column).shown();
+        let line = format!("{key} = {}", other.unwrap_or(column).shown());
         if guess.is_doubtful(key) {
-            draft.suggest(key, column, DOUBT);
+            draft.push(&format!("# {line}"), DOUBT);
         } else {
-            draft.state(key, column, "");
+            draft.lines.push(line);
         }
     }
 }
@@ -312,21 +364,13 @@ fn describe_unknown(file: &Path, draft: &mut Draft) {
     /// Maximum number of lines shown, and of characters of each.
     const MAX_LINES: usize = 6;
     const MAX_CHARACTERS: usize = 160;
-    let what = "Say under [tracks.columns] which column is what, by its name or by its number, from 1 on.";
-    draft.find(format!("{}: no known format. {what}", file.display()));
-    let why = "only of a table with one row per ball and frame: its name of the cue ball";
-    draft.suggest("cue", TEXT, why);
-    draft.suggest("object", TEXT, "and of the object ball");
-    suggest_shots(draft);
-    draft.line("# The first lines:");
+    draft.add("no format", &[("file", &file.display().to_string())]);
+    draft.add("shots", &[("columns", &KNOWN[1..].join(", "))]);
+    draft.add("lines", &[]);
     let bytes = std::fs::read(file).unwrap_or_default();
     for (_, line) in filled_lines(&decode(&bytes).0).take(MAX_LINES) {
         let short: String = line.chars().take(MAX_CHARACTERS).collect();
-        draft.line(format!("#   {short}{}", if short.len() < line.len() { "…" } else { "" }));
+        draft.lines.push(format!("#   {short}{}", if short.len() < line.len() { "…" } else { "" }));
     }
-    draft.line("[tracks.columns]              # a column by its name, t = \"time\", or by its number, t = 1");
-    let why = "time in seconds, or frame = …; without either, each row is a frame";
-    draft.blank("which column is what", "t", NUMBER, why);
-    draft.line("# One row per frame:\n# cue_x = …\n# cue_y = …\n# object_x = …\n# object_y = …");
-    draft.line("# Or one row per ball and frame:\n# ball = …\n# x = …\n# y = …");
+    draft.add("unknown columns", &[]);
 }

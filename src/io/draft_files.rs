@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::draft_text::Draft;
 use super::error::Problem;
-use super::text::decode;
+use super::table::separator;
+use super::text::{Separator, decode, filled_lines, trimmed, without_separator_line};
 use super::tracking::shots_table::KNOWN;
 use super::tracking::{TRACKER_PROJECT, is_tracker_project};
-use super::{Survey, header, survey};
+use super::{Survey, survey};
 
 /// Endings of tables, if a folder is named.
 const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
@@ -21,16 +21,13 @@ const MAX_DEPTH: usize = 2;
 
 /// Least number of one-frame files that are not tables of shots, and maximum of boxes in each.
 const FRAMES: usize = 10;
-const BOXES: usize = 20;
-/// Maximum number of rows that are not a track.
-const MAX_UNTRACKED_ROWS: usize = 5;
+const BOXES: usize = 5;
 
 /// Least number of rows of a table, and of numbers in each.
 const ROWS: usize = 2;
 const NUMBERS: usize = 2;
 
 /// The content of a file.
-#[derive(Default)]
 pub(super) struct Seen {
     pub(super) file: PathBuf,
     /// `tracks`, `impacts` or `angles`.
@@ -101,15 +98,9 @@ fn tables(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
 /// width, height, and perhaps a confidence.
 fn is_frame(file: &Path) -> bool {
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
-    let Ok(text) = std::fs::read_to_string(file) else { return false };
-    let class = |row: &str| {
-        let first = row.split(' ').next()?.parse::<u32>().ok()?;
-        (5..=7).contains(&numbers(row)).then_some(first)
-    };
-    let Some(classes) = text.lines().map(class).collect::<Option<Vec<u32>>>() else { return false };
-    // frame numbers increase through a track, which has more rows than a frame has boxes
-    let counts = classes.len() > MAX_UNTRACKED_ROWS && classes.is_sorted_by(|a, b| a < b);
-    name.ends_with(|c: char| c.is_ascii_digit()) && (1..=BOXES).contains(&classes.len()) && !counts
+    let text = std::fs::read_to_string(file).unwrap_or_default();
+    let are_boxes = text.lines().all(|row| (5..=7).contains(&numbers(row)));
+    name.ends_with(|c: char| c.is_ascii_digit()) && (1..=BOXES).contains(&text.lines().count()) && are_boxes
 }
 
 /// Returns whether a file is obviously not a table: it has few rows of numbers.
@@ -125,7 +116,7 @@ fn numbers(row: &str) -> usize {
 }
 
 /// Returns the files of one kind; obviously wrong or empty ones are left out if others remain.
-pub(super) fn look_at(files: &[PathBuf], draft: &mut Draft) -> Result<Vec<Seen>, Problem> {
+pub(super) fn look_at(files: &[PathBuf], found: &mut Vec<String>) -> Result<Vec<Seen>, Problem> {
     let (mut seen, mut unclear) = (Vec::new(), Vec::new());
     for file in files {
         let now = look(file);
@@ -141,7 +132,7 @@ pub(super) fn look_at(files: &[PathBuf], draft: &mut Draft) -> Result<Vec<Seen>,
             seen.push(now?);
         } else {
             let why = "no table of positions or measurements, or one without rows; left out";
-            draft.find(format!("{}: {why}.", file.display()));
+            found.push(format!("{}: {why}.", file.display()));
         }
     }
     let what = |seen: &Seen| match (seen.kind, &seen.survey) {
@@ -160,40 +151,46 @@ pub(super) fn look_at(files: &[PathBuf], draft: &mut Draft) -> Result<Vec<Seen>,
 
 fn look(file: &Path) -> Result<Seen, Problem> {
     let bytes = std::fs::read(file).map_err(|error| unread(file, &error))?;
+    let names = header(&bytes);
+    let is_odd = |c: char| c == char::REPLACEMENT_CHARACTER || c.is_control();
     if is_tracker_project(file, &decode(&bytes).0) {
         return Err(refused(file, TRACKER_PROJECT));
-    }
-    let names = header(file).map_err(|error| unread(file, &error))?;
-    if names.is_empty() {
+    } else if names.iter().all(String::is_empty) {
         return Err(refused(file, "is empty; expected a table of tracks or measurements"));
-    }
-    if names.iter().any(|name| name.contains(|c: char| c == char::REPLACEMENT_CHARACTER || c.is_control())) {
+    } else if names.iter().any(|name| name.contains(is_odd)) {
         let message = "is not text; expected a table of tracks or measurements, not the film itself, nor a workbook (save its sheet \
                        as CSV)";
         return Err(refused(file, message));
     }
-    let has = |name: &str| names.iter().any(|n| n == name);
-    let mut seen = Seen { file: file.to_path_buf(), kind: "tracks", ..Seen::default() };
+    let has = |name: &str| names.iter().any(|own| own == name);
+    let seen = Seen { file: file.to_path_buf(), kind: "tracks", survey: None, has_spins: false };
     if has("nx") && has("ny") && has("cue_vx") {
-        seen.kind = "impacts";
+        return Ok(Seen { kind: "impacts", ..seen });
     } else if has("cut_deg") {
-        (seen.kind, seen.has_spins) = ("angles", has("cue_spin") || has("omega_x"));
-    } else {
-        let survey = survey(file);
-        if let Err(problems) = &survey
-            && names[0].starts_with(['{', '['])
-        {
+        return Ok(Seen { kind: "angles", has_spins: has("cue_spin") || has("omega_x"), ..seen });
+    }
+    match survey(file) {
+        Err(problems) if names[0].starts_with(['{', '[']) => {
             let why = problems.first().map_or(String::new(), |first| first.to_string());
             let what = "expected a table of tracks or measurements, or an array of shots";
-            return Err(refused(file, format!("is JSON; {what}\n  {why}")));
+            Err(refused(file, format!("is JSON; {what}\n  {why}")))
         }
-        seen.survey = survey.ok();
+        survey => Ok(Seen { survey: survey.ok(), ..seen }),
     }
-    Ok(seen)
 }
 
 pub(super) fn is_shots_table(file: &Path) -> bool {
-    let names = header(file).unwrap_or_default();
+    let names = header(&std::fs::read(file).unwrap_or_default());
     let has = |name: &str| names.iter().any(|own| own == name);
     has("shot") && KNOWN[1..].iter().any(|known| has(known)) && !["cut_deg", "nx", "x"].into_iter().any(has)
+}
+
+/// Returns the names of the columns in the first line that is not blank or a comment.
+fn header(bytes: &[u8]) -> Vec<String> {
+    let (text, stated) = without_separator_line(decode(bytes).0);
+    let mut lines = filled_lines(&text).map(|(_, line)| line);
+    let first = lines.clone().find(|line| !line.trim_start().starts_with('#'));
+    let first = first.or_else(|| lines.next()).unwrap_or_default();
+    let separator = Separator::Char(stated.unwrap_or_else(|| separator(first)));
+    trimmed(first, separator).unwrap_or_else(|| vec![first.to_string()])
 }

@@ -102,15 +102,12 @@ impl fmt::Display for DatasetError {
 
 /// Problems as they are found.
 #[derive(Debug)]
-pub(crate) struct Problems {
-    what: String,
-    found: RefCell<Vec<Problem>>,
-}
+pub(crate) struct Problems(RefCell<DatasetError>);
 
 impl Problems {
     /// Returns an empty list; `what` names the action that problems prevent.
     pub(crate) fn new(what: impl Into<String>) -> Self {
-        Self { what: what.into(), found: RefCell::default() }
+        Self(RefCell::new(DatasetError { what: what.into(), problems: Vec::new() }))
     }
 
     pub(crate) fn of_dataset(path: &Path) -> Self {
@@ -126,7 +123,7 @@ impl Problems {
     ) {
         let (line, column) = (line.into(), column.into().map(str::to_string));
         let problem = Problem { file: file.to_path_buf(), line, column, message: message.into() };
-        self.found.borrow_mut().push(problem);
+        self.0.borrow_mut().problems.push(problem);
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -134,7 +131,7 @@ impl Problems {
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.found.borrow().len()
+        self.0.borrow().problems.len()
     }
 
     /// Returns `value`, or the problems if there are any.
@@ -143,26 +140,24 @@ impl Problems {
     }
 
     pub(crate) fn into_error(self) -> DatasetError {
-        DatasetError { what: self.what, problems: self.found.into_inner() }
+        self.0.into_inner()
     }
 }
 
-/// Returns the similarity of a word and a name in any case: Jaro–Winkler, plus 1 if one slip of the
-/// pen makes one of the other.
-pub(crate) fn similarity(word: &str, name: &str) -> f64 {
-    let (word, name) = (word.to_lowercase(), name.to_lowercase());
-    let one_slip = name.len() > 1 && strsim::damerau_levenshtein(&word, &name) <= 1;
-    strsim::jaro_winkler(&word, &name) + if one_slip { 1.0 } else { 0.0 }
-}
-
-/// Returns the name that a word was probably meant to be.
+/// Returns the name that a word, in any case, was probably meant to be: the nearest by Jaro–Winkler,
+/// plus 1 if one slip of the pen makes one of the other.
 pub(crate) fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     /// Least similarity: less than that of a short word with two letters swapped.
     const MIN_SIMILARITY: f64 = 0.75;
-    let near = names.into_iter().map(|name| (similarity(word, name), name));
-    let nearest =
-        near.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(similarity, _)| *similarity > MIN_SIMILARITY);
-    nearest.map(|(_, name)| name)
+    let word = word.to_lowercase();
+    let similarity = |name: &str| {
+        let name = name.to_lowercase();
+        let one_slip = name.len() > 1 && strsim::damerau_levenshtein(&word, &name) <= 1;
+        strsim::jaro_winkler(&word, &name) + f64::from(one_slip)
+    };
+    let near = names.into_iter().map(|name| (similarity(name), name));
+    let nearest = near.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (nearest.0 > MIN_SIMILARITY).then_some(nearest.1)
 }
 
 /// Returns ` (did you mean "throw_deg"?)`, or an empty text if no name is similar.

@@ -52,7 +52,7 @@ impl FitSection {
     /// balls' material.
     pub(crate) fn settings(&self, kappa: f64, source: &Source) -> Settings {
         let falls = self.friction == Friction::Exponential;
-        let mut settings = Settings { falls, ..Settings::default() };
+        let mut settings = Settings { falls, e_falls: self.e_slope.is_some(), ..Settings::default() };
         settings[Parameter::Kappa].initial = kappa;
         for (parameter, given) in [
             (Parameter::Mu, &self.mu),
@@ -63,31 +63,22 @@ impl FitSection {
             (Parameter::Kappa, &self.kappa),
             (Parameter::ESlope, &self.e_slope),
         ] {
-            let Some(given) = given else { continue };
-            settings[parameter] = given.check(parameter, source);
-            if matches!(parameter, Parameter::B | Parameter::C) && !settings.falls {
-                let name = parameter.name();
-                let message = format!(
-                    "{name} stands in [fit], but friction is constant; expected friction = \"exponential\" with it"
-                );
-                source.wrong(&format!("fit.{name}"), message);
+            if let Some(given) = given {
+                settings[parameter] = given.check(parameter, source);
             }
         }
-        if self.kappa.is_some() {
-            let Setting { initial, fixed, .. } = settings[Parameter::Kappa];
-            settings.compliance =
-                if fixed && initial == 0.0 { Compliance::Rigid } else { Compliance::Stated };
-        }
-        settings.e_falls = self.e_slope.is_some();
+        settings.compliance = match &self.kappa {
+            None => Compliance::Auto,
+            Some(kappa) if kappa.fixed == Some(0.0) => Compliance::Rigid,
+            Some(_) => Compliance::Stated,
+        };
         settings
     }
 }
 
 impl SettingSection {
     fn check(&self, parameter: Parameter, source: &Source) -> Setting {
-        let name = parameter.name();
-        // c is held by default only
-        let default = Setting { fixed: false, ..parameter.default_setting() };
+        let default = parameter.default_setting();
         let lower = self.lower.unwrap_or(default.lower);
         let upper = self.upper.unwrap_or(default.upper.max(lower));
         let prior = self.prior_mean.zip(self.prior_sd).map(|(mean, sd)| Prior { mean, sd });
@@ -98,23 +89,23 @@ impl SettingSection {
             fixed: self.fixed.is_some(),
             prior: prior.filter(|_| self.fixed.is_none()),
         };
-        let key = |key: &str| format!("fit.{name}.{key}");
+        let section = format!("fit.{}", parameter.name());
         for fault in setting.faults(parameter) {
-            let own = format!("fit.{}", fault.key);
-            let value = source.written(&own).map_or_else(|| fault.value.clone(), str::to_owned);
+            let key = format!("fit.{}", fault.key);
+            let written = Some(source.written(&key)).filter(|text| !text.is_empty());
+            let value = written.unwrap_or(&fault.value).to_owned();
             // a default may contradict the stated value
-            let keys = [own.as_str(), &key("upper"), &format!("fit.{name}")];
-            source.wrong_of_first(&keys, Fault { value, ..fault }.to_string());
+            let keys = [&key, &format!("{section}.upper"), &section];
+            source.wrong_of_first(&keys.map(String::as_str), Fault { value, ..fault }.to_string());
         }
-        let of_prior = [self.prior_mean, self.prior_sd].iter().flatten().count();
-        let message = match (self.fixed, of_prior) {
-            (_, 0) | (None, 2) => None,
-            (None, _) => Some("only one of prior_mean and prior_sd; expected both or none"),
-            (Some(_), _) => Some("fixed, so that its prior has no effect; expected only one of both"),
+        let message = match (self.fixed, self.prior_mean, self.prior_sd) {
+            (_, None, None) | (None, Some(_), Some(_)) => return setting,
+            (None, ..) => "only one of prior_mean and prior_sd; expected both or none",
+            (Some(_), ..) => "fixed, so that its prior has no effect; expected only one of both",
         };
-        if let Some(message) = message {
-            source.wrong_of_first(&[&key("prior_mean"), &key("prior_sd")], format!("{name}: {message}"));
-        }
+        let keys = ["prior_mean", "prior_sd"].map(|key| format!("{section}.{key}"));
+        source
+            .wrong_of_first(&keys.each_ref().map(String::as_str), format!("{}: {message}", parameter.name()));
         setting
     }
 }

@@ -5,7 +5,6 @@ pub(crate) mod balls;
 pub(crate) mod cases;
 pub(crate) mod draft;
 mod draft_files;
-mod draft_text;
 pub(crate) mod error;
 mod fit_section;
 mod manifest;
@@ -21,14 +20,14 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use error::{Problems, did_you_mean};
-use manifest::Manifest;
+use manifest::{Keys, Manifest};
 use schemars::Schema;
 use schemars::generate::SchemaSettings;
-use table::Table;
+use table::{Table, read_utf8};
+use toml_file::{Source, checked};
 
 use crate::measurement::dataset::{Dataset, Shot};
 
-pub(crate) use balls::StatedObject;
 pub use error::{DatasetError, Problem};
 pub use manifest::Kind;
 pub use positions::positions;
@@ -40,7 +39,14 @@ pub(crate) use tracking::{Survey, survey};
 /// Every problem of the data set, with file, line, column, value and what was expected.
 pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
     let file = if path.is_dir() { path.join("dataset.toml") } else { path.to_path_buf() };
-    load_manifest(Manifest::read(&file)?)
+    let problems = Problems::of_dataset(&file);
+    if !file.is_file() {
+        let message = "there is no such file; expected a dataset.toml, or a folder that holds one";
+        problems.add(&file, None, None, message);
+        return Err(problems.into_error());
+    }
+    let text = read_utf8(&file, &problems);
+    checked(&file, text.as_deref(), problems, dataset)
 }
 
 /// Loads a data set from the text of a dataset.toml that would stand in the file `path`.
@@ -48,70 +54,61 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
 /// # Errors
 /// Those of [`load`].
 pub(crate) fn load_text(text: &str, path: &Path) -> Result<Dataset, DatasetError> {
-    load_manifest(Manifest::of_text(path, text)?)
+    checked(path, Some(text), Problems::of_dataset(path), dataset)
 }
 
 /// Returns the JSON Schema (draft 2020-12) of dataset.toml, for editors that check it.
 #[must_use]
 pub fn schema() -> Schema {
-    SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<manifest::Keys>()
+    SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<Keys>()
 }
 
-fn load_manifest(manifest: Manifest) -> Result<Dataset, DatasetError> {
-    let problems = Problems::of_dataset(&manifest.dataset.path);
-    let tracks = manifest.tracks.as_ref().map(|settings| tracking::load(&manifest, settings, &problems));
-    let Manifest { mut dataset, kind, files, assume, place_of_by: (line, position), .. } = manifest;
-    let by = dataset.by.as_deref();
-    let mut shots: Vec<Shot> = Vec::new();
-    for table in files.iter().filter(|_| tracks.is_none()) {
-        let Some(table) = Table::read(table, &problems) else { continue };
-        match by {
-            Some(by) if table.has(by) => {
-                for row in (0..table.rows()).filter(|row| table.text(by, *row).is_none()) {
-                    table.wrong(row, by, "is empty; expected a label, since [fit] by names this column");
-                }
-            }
-            Some(by) => {
-                let near = did_you_mean(by, table.names());
-                let message =
-                    format!("by is \"{by}\", but {} has no such column{near}", table.path.display());
-                problems.add(&dataset.path, line, position.as_str(), message);
-            }
-            None => {}
+/// Returns the data set with its shots or tracks; without them if dataset.toml has problems.
+fn dataset(keys: Keys, source: &Source) -> Dataset {
+    let manifest = keys.check(source);
+    if !source.problems.is_empty() {
+        return manifest.dataset;
+    }
+    if let Some(settings) = &manifest.tracks {
+        let tracks = Some(tracking::load(&manifest, settings, source));
+        return Dataset { tracks, ..manifest.dataset };
+    }
+    let Manifest { mut dataset, kind, files, assume, .. } = manifest;
+    for file in &files {
+        let Some(table) = Table::read(file, source.problems) else { continue };
+        let by = dataset.by.as_deref();
+        if let Some(by) = by {
+            check_label(by, &table, source);
         }
-        let mut own = rows::shots(&table, kind, assume, by);
-        let kept = own.first().into_iter().flat_map(|shot| shot.labels.keys());
+        let mut shots = rows::shots(&table, kind, assume, by);
+        let kept = shots.first().into_iter().flat_map(|shot| shot.labels.keys());
         let kept: Vec<&String> = kept.filter(|label| by != Some(label.as_str())).collect();
         dataset.taken.extend(rows::labels_note(&table.path, &kept));
-        shots.append(&mut own);
+        dataset.shots.append(&mut shots);
     }
-    let names = shots.iter().map(|shot| (shot.name.as_str(), shot.file.as_path(), shot.line));
-    check_unique(names, "", &problems);
-    number_shots(&mut shots);
-    for shot in shots.iter_mut().filter(|_| dataset.side_sd > 0.0) {
+    let names = dataset.shots.iter().map(|shot| (shot.name.as_str(), shot.file.as_path(), shot.line));
+    check_unique(names, "", source.problems);
+    number_shots(&mut dataset.shots);
+    for shot in dataset.shots.iter_mut().filter(|_| dataset.side_sd > 0.0) {
         if !shot.add_side_spin(dataset.side_sd, dataset.ball.radius) {
             let message =
                 "is missing; expected a speed in every row, since [cue_spin] side_sd is a part of it";
-            problems.add(&shot.file, shot.line, "speed_m_s", message);
+            source.problems.add(&shot.file, shot.line, "speed_m_s", message);
         }
     }
-    (dataset.shots, dataset.tracks) = (shots, tracks);
-    problems.into_result(dataset)
+    dataset
 }
 
-/// Returns the names of the columns in the first line that is not blank or a comment.
-///
-/// # Errors
-/// A file that cannot be read.
-pub(crate) fn header(file: &Path) -> std::io::Result<Vec<String>> {
-    let bytes = std::fs::read(file)?;
-    let (text, stated) = text::without_separator_line(text::decode(&bytes).0);
-    let mut all = text::filled_lines(&text).map(|(_, line)| line);
-    let first = all.clone().find(|line| !line.trim_start().starts_with('#'));
-    let Some(first) = first.or_else(|| all.next()) else { return Ok(Vec::new()) };
-    let separator = stated.unwrap_or_else(|| table::separator(first));
-    let names = text::trimmed(first, text::Separator::Char(separator));
-    Ok(names.unwrap_or_else(|| vec![first.to_string()]))
+/// Complains if a table lacks the column that `[fit] by` names, or a label in it.
+fn check_label(by: &str, table: &Table, source: &Source) {
+    if !table.has(by) {
+        let near = did_you_mean(by, table.names());
+        let message = format!("by is \"{by}\", but {} has no such column{near}", table.path.display());
+        return source.wrong("fit.by", message);
+    }
+    for row in (0..table.rows()).filter(|row| table.text(by, *row).is_none()) {
+        table.wrong(row, by, "is empty; expected a label, since [fit] by names this column");
+    }
 }
 
 /// Complains about equal names of shots, each with its file and line; `remedy` follows the message.

@@ -1,5 +1,6 @@
 //! Numbers as programs of all countries write them.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use crate::io::error::Problems;
@@ -50,40 +51,28 @@ const LONGEST: usize = 64;
 /// Fortran, d).
 pub(crate) fn parse(cell: &str) -> Result<Option<Number>, &'static str> {
     let cell = cell.trim();
-    let is_plain = |byte: u8| byte.is_ascii_digit() || b".+-eE".contains(&byte);
-    // as most programs write it
-    if cell.len() <= LONGEST
-        && cell.bytes().all(is_plain)
-        && let Ok(value) = cell.parse::<f64>()
-        && value.is_finite()
-    {
-        return Ok(Some(Number { value, mark: cell.contains('.').then_some('.') }));
-    }
-    if cell.is_empty() || GAPS.iter().any(|gap| cell.eq_ignore_ascii_case(gap)) {
-        return Ok(None);
-    }
-    if cell.len() > LONGEST {
-        return Err("is too long for a number");
-    }
+    let is_plain = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit() || b".+-eE".contains(&byte));
     let plain = |c| match c {
         '\u{2212}' => '-',
         ',' => '.',
         'd' | 'D' => 'e',
         c => c,
     };
-    let plain: String = cell.chars().map(plain).collect();
-    if !plain.bytes().all(is_plain) {
-        return Err("is not a number");
-    }
-    let mut marks = cell.chars().filter(|c| ['.', ','].contains(c));
-    let mark = marks.next();
-    if marks.next().is_some() {
-        return Err("has two decimal marks: export without a mark between thousands");
-    }
-    match plain.parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(Some(Number { value, mark })),
-        Ok(_) => Err("is not a finite number"),
-        Err(_) => Err("is not a number"),
+    // most cells are plain, and are not copied
+    let text: Cow<str> = if is_plain(cell) { cell.into() } else { cell.chars().map(plain).collect() };
+    let number = text.parse().ok().filter(|_| is_plain(&text));
+    let marks = || cell.chars().filter(|c| ['.', ','].contains(c));
+    match number {
+        Some(value) if f64::is_finite(value) && cell.len() <= LONGEST => {
+            Ok(Some(Number { value, mark: marks().next() }))
+        }
+        None if cell.is_empty() || GAPS.iter().any(|gap| cell.eq_ignore_ascii_case(gap)) => Ok(None),
+        _ if cell.len() > LONGEST => Err("is too long for a number"),
+        _ if is_plain(&text) && marks().count() > 1 => {
+            Err("has two decimal marks: export without a mark between thousands")
+        }
+        Some(_) => Err("is not a finite number"),
+        None => Err("is not a number"),
     }
 }
 
@@ -109,37 +98,37 @@ pub(crate) struct Mark {
 impl Mark {
     /// Returns the number of a cell, `None` if it is empty or wrong; the latter is a problem.
     pub(crate) fn number(&mut self, cell: Place) -> Option<f64> {
-        let number = cell.read()?;
-        self.see(number.mark, cell);
-        Some(number.value)
+        let Number { value, mark } = cell.read()?;
+        self.see(mark, cell);
+        Some(value)
     }
 
     /// Returns the number of a cell that stands beside these in a unit of its own: it does not show
     /// whether marks are of thousands.
     pub(crate) fn beside(&mut self, cell: Place) -> Option<f64> {
-        let number = cell.read()?;
-        if let Some(mark) = number.mark {
-            self.check(mark, cell);
-        }
-        Some(number.value)
+        let Number { value, mark } = cell.read()?;
+        self.check(mark, cell);
+        Some(value)
     }
 
     /// Records a cell that holds a number with this mark, if any.
     pub(crate) fn see(&mut self, mark: Option<char>, cell: Place) {
-        let text = cell.text.trim();
-        let Some(mark) = mark else {
-            if self.hundreds.is_none() && is_group(unsigned(text), 3..=3) {
-                self.hundreds = Some((cell.line, text.to_string()));
-            }
-            return;
+        let (line, text) = (cell.line, cell.text.trim());
+        let digits = text.strip_prefix(['-', '+', '\u{2212}']).unwrap_or(text);
+        let is_group = |text: &str, least: usize| {
+            (least..=3).contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_digit())
         };
-        // 1,874 or -12,005
-        let may_be_thousands = unsigned(text).split_once(mark).is_some_and(|(whole, rest)| {
-            is_group(whole, 1..=3) && rest.len() == 3 && rest.bytes().all(|byte| byte.is_ascii_digit())
-        });
-        self.is_decimal |= !may_be_thousands;
-        if !self.is_decimal && self.grouped.is_none() {
-            self.grouped = Some((cell.line, cell.column.to_string(), text.to_string()));
+        let begins_with_0 = digits.starts_with('0');
+        match mark.map(|mark| digits.split_once(mark)) {
+            None if !begins_with_0 && is_group(digits, 3) => {
+                self.hundreds.get_or_insert_with(|| (line, text.to_string()));
+            }
+            None => {}
+            // 1,874 or -12,005
+            Some(Some((whole, rest))) if !begins_with_0 && is_group(whole, 1) && is_group(rest, 3) => {
+                self.grouped.get_or_insert_with(|| (line, cell.column.to_string(), text.to_string()));
+            }
+            Some(_) => self.is_decimal = true,
         }
         self.check(mark, cell);
     }
@@ -158,7 +147,9 @@ impl Mark {
         }
     }
 
-    fn check(&mut self, mark: char, cell: Place) {
+    /// Complains once about a mark that differs from that of the cells above.
+    fn check(&mut self, mark: Option<char>, cell: Place) {
+        let Some(mark) = mark else { return };
         let (other, at) = *self.seen.get_or_insert((mark, cell.line));
         if other != mark && !self.complained {
             self.complained = true;
@@ -174,15 +165,6 @@ impl Mark {
     pub(crate) fn is_comma(&self) -> bool {
         self.seen.is_some_and(|(mark, _)| mark == ',')
     }
-}
-
-fn unsigned(cell: &str) -> &str {
-    cell.strip_prefix(['-', '+', '\u{2212}']).unwrap_or(cell)
-}
-
-/// Returns whether a text has a number of digits in this range, of which the first is not 0.
-fn is_group(text: &str, lengths: std::ops::RangeInclusive<usize>) -> bool {
-    lengths.contains(&text.len()) && !text.starts_with('0') && text.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 fn word(mark: char) -> &'static str {

@@ -4,11 +4,11 @@
 //! gives its components the standard deviations `nx_sd` = σ|n_y| and `ny_sd` = σ|n_x|, whose
 //! squares add up to σ² again.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
-use super::error::{did_you_mean, nearest, similarity};
+use super::error::{did_you_mean, nearest};
 use super::manifest::{Assume, Kind};
 use super::table::Table;
 use crate::measurement::dataset::{Before, Measured, Measurement, Shot};
@@ -18,40 +18,48 @@ use crate::measurement::spin::Spin;
 use crate::measurement::valid::is_unit;
 use crate::physics::ball::Vec3;
 
-/// Values of a column with standard deviations, SI and radians; `None` for empty and wrong cells.
-pub(crate) type Values = Vec<Option<Measured>>;
-
 /// A column of numbers: its name, its SI unit, and its range in that unit.
 pub(crate) type Column = (&'static str, f64, Condition);
 
-/// Returns a column with its standard deviations; `None` if it is missing. Complains about values
-/// that are out of its range, and standard deviations that are not positive.
-pub(crate) fn values(table: &Table, (name, unit_si, range): Column) -> Option<Values> {
-    let values = table.numbers(name)?;
-    let sd_name = format!("{name}_sd");
-    let sds = table.numbers(&sd_name).unwrap_or_else(|| vec![None; values.len()]);
-    let is_wrong = |number: f64, condition| Fault::of_number(name, number * unit_si, condition).is_some();
-    let measured = |(row, (value, sd)): (usize, (Option<f64>, Option<f64>))| {
-        let text = |column: &str| table.text(column, row).unwrap_or_default();
-        if value.is_some_and(|value| is_wrong(value, range)) {
-            let message = format!("{} is out of range; expected {}", text(name), range.1);
-            table.wrong(row, name, message);
-        }
-        // also if it becomes 0 in radians
-        if sd.is_some_and(|sd| is_wrong(sd, POSITIVE)) {
-            let message = format!("{} is not a standard deviation; expected more than 0", text(&sd_name));
-            table.wrong(row, sd_name.as_str(), message);
-        }
-        Some(Measured { value: value? * unit_si, sd: sd.map(|sd| sd * unit_si) })
-    };
-    Some(values.into_iter().zip(sds).enumerate().map(measured).collect())
+/// The numbers of a table by column and row with their standard deviations, SI and radians.
+pub(crate) struct Numbers(HashMap<&'static str, Vec<Option<Measured>>>);
+
+impl Numbers {
+    /// Reads the columns that the table has. Complains about values that are out of range, and
+    /// standard deviations that are not positive.
+    pub(crate) fn read(table: &Table, columns: impl IntoIterator<Item = Column>) -> Self {
+        let measured = |(name, unit_si, range): Column| {
+            let sd_name = format!("{name}_sd");
+            let [numbers, sds] = [(name, range), (&sd_name, POSITIVE)].map(|(column, condition)| {
+                // a standard deviation may become 0 in radians
+                let in_si = |number: Option<f64>| number.map(|number| number * unit_si);
+                let numbers: Vec<_> = table.numbers(column)?.into_iter().map(in_si).collect();
+                for (row, number) in numbers.iter().enumerate() {
+                    if number.is_some_and(|number| Fault::of_number(column, number, condition).is_some()) {
+                        let text = table.text(column, row).unwrap_or_default();
+                        let is = if column == name { "out of range" } else { "not a standard deviation" };
+                        table.wrong(row, column, format!("{text} is {is}; expected {}", condition.1));
+                    }
+                }
+                Some(numbers)
+            });
+            let sd = |row: usize| sds.as_ref().and_then(|sds| sds[row]);
+            let rows = numbers?.into_iter().enumerate();
+            Some((name, rows.map(|(row, value)| Some(Measured { value: value?, sd: sd(row) })).collect()))
+        };
+        Self(columns.into_iter().filter_map(measured).collect())
+    }
+
+    pub(crate) fn at(&self, column: &str, row: usize) -> Option<Measured> {
+        self.0.get(column)?[row]
+    }
 }
 
 /// The columns of a table of one kind of data.
 struct Layout {
     before: &'static [Column],
-    /// Columns that must exist and have no empty cells.
-    required: &'static [&'static str],
+    /// Columns that must exist and have no empty cells, with blanks between them.
+    required: &'static str,
     spin: [&'static str; 3],
     observables: &'static [Observable],
 }
@@ -60,24 +68,14 @@ const CUT: Condition = (|x| x.abs() < FRAC_PI_2, "degrees, more than -90 and les
 
 const ANGLES: Layout = Layout {
     before: &[("cut_deg", 1.0_f64.to_radians(), CUT), ("speed_m_s", 1.0, POSITIVE)],
-    required: &["cut_deg"],
+    required: "cut_deg",
     spin: OMEGA,
     observables: &Observable::ANGLES,
 };
 
 const IMPACTS: Layout = Layout {
     before: &[("nx", 1.0, FINITE), ("ny", 1.0, FINITE), ("cue_vx", 1.0, FINITE), ("cue_vy", 1.0, FINITE)],
-    required: &[
-        "shot",
-        "nx",
-        "ny",
-        "cue_vx",
-        "cue_vy",
-        "cue_vx_after",
-        "cue_vy_after",
-        "obj_vx_after",
-        "obj_vy_after",
-    ],
+    required: "shot nx ny cue_vx cue_vy cue_vx_after cue_vy_after obj_vx_after obj_vy_after",
     spin: ["cue_wx", "cue_wy", "cue_wz"],
     observables: &Observable::IMPACTS,
 };
@@ -86,49 +84,36 @@ const IMPACTS: Layout = Layout {
 /// are left out.
 pub(crate) fn shots(table: &Table, kind: Kind, assume: Option<Assume>, by: Option<&str>) -> Vec<Shot> {
     let layout = if kind == Kind::Impacts { IMPACTS } else { ANGLES };
-    let mut known = vec!["shot", "cue_spin"];
-    known.extend(layout.before.iter().map(|(name, ..)| *name));
-    known.extend(layout.spin);
-    known.extend(layout.observables.iter().map(|observable| observable.column()));
+    let observed = layout.observables.iter().map(|one| (one.column(), one.unit_si(), FINITE));
+    let columns: Vec<Column> = layout.before.iter().copied().chain(observed).collect();
+    let names = columns.iter().map(|(name, ..)| *name).chain(layout.spin);
+    let known: Vec<&str> = ["shot", "cue_spin"].into_iter().chain(names).collect();
     check_names(table, &known, layout.required);
-    let inputs: Vec<Option<Values>> = layout.before.iter().map(|column| values(table, *column)).collect();
-    let observed = observed(table, layout.observables);
-    if observed.is_empty() && kind == Kind::Angles {
-        let names = Observable::ANGLES.map(Observable::column);
-        let labels = table.names().filter(|name| !known.contains(name));
-        let near = labels.filter_map(|name| Some((name, nearest(name, names)?)));
-        let near = near.max_by(|a, b| similarity(a.0, a.1).total_cmp(&similarity(b.0, b.1)));
-        let hint = near.map_or(String::new(), |(name, near)| format!("; is \"{name}\" meant to be {near}?"));
-        let expected = names.join(", ");
-        let message = format!("no column of anything observed; expected at least one of {expected}{hint}");
-        table.wrong_name(None, message);
-    }
+    let numbers = Numbers::read(table, columns);
+    let observables: Vec<Observable> =
+        layout.observables.iter().copied().filter(|one| table.has(one.column())).collect();
+    check_observed(table, &numbers, &observables, &known);
     let spins = spins(table, layout.spin, assume);
     let mut shots = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {
-        let inputs: Vec<Option<Measured>> =
-            inputs.iter().map(|values| values.as_ref().and_then(|values| values[row])).collect();
-        let before = match *inputs {
-            [cut, speed] => cut.map(|cut| Before::Angle { cut, speed }),
-            [Some(nx), Some(ny), Some(vx), Some(vy)] => Some(impact(table, row, [nx, ny], [vx, vy])),
-            _ => None,
+        let at = |column: &str| numbers.at(column, row);
+        let before = match kind {
+            Kind::Impacts => {
+                let line = at("nx").zip(at("ny"));
+                let line = line.zip(at("cue_vx").zip(at("cue_vy")));
+                line.map(|((nx, ny), (vx, vy))| impact(table, row, [nx, ny], [vx, vy]))
+            }
+            _ => at("cut_deg").map(|cut| Before::Angle { cut, speed: at("speed_m_s") }),
         };
-        let after = observed.iter().filter_map(|(observable, values)| {
-            Some(Measurement { observable: *observable, measured: values[row]? })
-        });
-        let after: Vec<Measurement> = after.collect();
-        let names: Vec<_> = observed.iter().map(|(observable, _)| observable.column()).collect();
-        if !names.is_empty() && names.iter().all(|name| table.is_gap(name, row)) {
-            let message =
-                format!("no observed value in this row; expected a value in {}", names.join(" or "));
-            table.wrong(row, None, message);
-        }
         let (Some(before), Some(spin)) = (before, spins.get(row).copied().flatten()) else { continue };
+        let after = observables.iter().filter_map(|observable| {
+            Some(Measurement { observable: *observable, measured: at(observable.column())? })
+        });
         let mut labels = labels(table, &known, row);
         labels.extend(by.map(|by| (by.to_owned(), table.text(by, row).unwrap_or_default().to_owned())));
         let name = table.text("shot", row).unwrap_or_default();
         let (file, line) = (table.path.clone(), table.line(row));
-        shots.push(Shot { file, line, labels, ..Shot::new(name, before, spin, after) });
+        shots.push(Shot { file, line, labels, ..Shot::new(name, before, spin, after.collect()) });
     }
     shots
 }
@@ -158,56 +143,35 @@ fn impact(table: &Table, row: usize, [nx, ny]: [Measured; 2], velocity: [Measure
     Before::Impact { normal, velocity }
 }
 
-/// Returns the observables that a table has, with their values; standard deviations are given for
-/// every value of a column or for no value.
-fn observed(table: &Table, known: &[Observable]) -> Vec<(Observable, Values)> {
-    let mut found = Vec::new();
-    for observable in known {
-        let name = observable.column();
-        let Some(values) = values(table, (name, observable.unit_si(), FINITE)) else { continue };
+/// Complains about a table or a row without an observed value, and about standard deviations that
+/// are given for some values of a column only.
+fn check_observed(table: &Table, numbers: &Numbers, observables: &[Observable], known: &[&str]) {
+    let columns: Vec<&str> = observables.iter().map(|observable| observable.column()).collect();
+    if columns.is_empty() {
+        let names = known.iter().copied().filter(|name| name.parse::<Observable>().is_ok());
+        let mut labels = table.names().filter(|name| !known.contains(name));
+        let near = labels.find_map(|name| Some((name, nearest(name, names.clone())?)));
+        let hint = near.map_or(String::new(), |(name, near)| format!("; is \"{name}\" meant to be {near}?"));
+        let expected = names.collect::<Vec<&str>>().join(", ");
+        let message = format!("no column of anything observed; expected at least one of {expected}{hint}");
+        return table.wrong_name(None, message);
+    }
+    for name in &columns {
         let sd_name = format!("{name}_sd");
-        let full = (0..table.rows()).filter(|row| values[*row].is_some());
-        let (with, without): (Vec<_>, Vec<_>) = full.partition(|row| !table.is_gap(&sd_name, *row));
-        if let (Some(with), Some(without)) = (with.first(), without.first()) {
+        let has_sd = |row: &usize| !table.is_gap(&sd_name, *row);
+        let mut full = (0..table.rows()).filter(|row| numbers.at(name, *row).is_some());
+        if let (Some(with), Some(without)) = (full.clone().find(has_sd), full.find(|row| !has_sd(row))) {
+            let line = table.line(with);
             let message = format!(
-                "is empty, but line {} has one; give a standard deviation for every {name} or for none",
-                table.line(*with)
+                "is empty, but line {line} has one; give a standard deviation for every {name} or for none"
             );
-            table.wrong(*without, sd_name.as_str(), message);
+            table.wrong(without, sd_name.as_str(), message);
         }
-        found.push((*observable, values));
     }
-    found
-}
-
-/// Returns the spin of every row: a word, three numbers, or the assumption of dataset.toml; `None`
-/// for rows with problems, an empty list if the columns are wrong.
-fn spins(table: &Table, columns: [&'static str; 3], assume: Option<Assume>) -> Vec<Option<Spin>> {
-    let all = columns.join(", ");
-    let has_none = !columns.into_iter().any(|column| table.has(column));
-    let has_words = table.has("cue_spin");
-    if has_none && !has_words && matches!(assume, None | Some(Assume::Measured)) {
-        let said = if assume.is_none() {
-            "the cue ball's spin is not stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
-             \"unknown\" in dataset.toml, a column cue_spin, or"
-        } else {
-            "[cue_spin] says that the spin is measured; expected"
-        };
-        table.wrong_name(None, format!("{said} columns {all}"));
-        return Vec::new();
+    for row in (0..table.rows()).filter(|row| columns.iter().all(|name| table.is_gap(name, *row))) {
+        let expected = columns.join(" or ");
+        table.wrong(row, None, format!("no observed value in this row; expected a value in {expected}"));
     }
-    let Some(stated) = stated_spins(table, columns, assume) else { return Vec::new() };
-    let column = if has_words { "cue_spin" } else { columns[0] };
-    let spin = |(row, stated): (usize, Option<StatedSpin>)| {
-        let message = match stated? {
-            StatedSpin::Is(spin) => return Some(spin),
-            StatedSpin::Measured => format!("the spin is said to be measured; expected values in {all}"),
-            StatedSpin::Unstated => "is empty, and dataset.toml has no [cue_spin]; expected a spin".into(),
-        };
-        table.wrong(row, column, message);
-        None
-    };
-    stated.into_iter().enumerate().map(spin).collect()
 }
 
 /// Columns of a measured spin, rad/s.
@@ -222,13 +186,50 @@ pub(crate) enum StatedSpin {
     Unstated,
 }
 
-/// Returns the statement of each row, `None` for a wrong one; `None` if some of the columns are
-/// missing.
+impl StatedSpin {
+    pub(crate) fn of(assume: Option<Assume>) -> Self {
+        assume.map_or(Self::Unstated, |assume| assume.spin().map_or(Self::Measured, Self::Is))
+    }
+}
+
+/// Returns the spin of every row: a word, three numbers, or the assumption of dataset.toml; `None`
+/// for rows with problems, an empty list if the columns are wrong.
+fn spins(table: &Table, columns: [&'static str; 3], assume: Option<Assume>) -> Vec<Option<Spin>> {
+    let all = columns.join(", ");
+    let has_words = table.has("cue_spin");
+    let missing = match StatedSpin::of(assume) {
+        _ if has_words || columns.into_iter().any(|column| table.has(column)) => None,
+        StatedSpin::Is(_) => None,
+        StatedSpin::Measured => Some("[cue_spin] says that the spin is measured; expected"),
+        StatedSpin::Unstated => Some(
+            "the cue ball's spin is not stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
+             \"unknown\" in dataset.toml, a column cue_spin, or",
+        ),
+    };
+    if let Some(missing) = missing {
+        table.wrong_name(None, format!("{missing} columns {all}"));
+        return Vec::new();
+    }
+    let column = if has_words { "cue_spin" } else { columns[0] };
+    let spin = |(row, stated): (usize, Option<StatedSpin>)| {
+        let message = match stated? {
+            StatedSpin::Is(spin) => return Some(spin),
+            StatedSpin::Measured => format!("the spin is said to be measured; expected values in {all}"),
+            StatedSpin::Unstated => "is empty, and dataset.toml has no [cue_spin]; expected a spin".into(),
+        };
+        table.wrong(row, column, message);
+        None
+    };
+    stated_spins(table, columns, assume).into_iter().enumerate().map(spin).collect()
+}
+
+/// Returns the statement of each row, `None` for a wrong one; an empty list if some of the columns
+/// are missing.
 pub(crate) fn stated_spins(
     table: &Table,
     columns: [&'static str; 3],
     assume: Option<Assume>,
-) -> Option<Vec<Option<StatedSpin>>> {
+) -> Vec<Option<StatedSpin>> {
     let all = columns.join(", ");
     let missing: Vec<&str> = columns.into_iter().filter(|column| !table.has(column)).collect();
     if (1..3).contains(&missing.len()) {
@@ -236,24 +237,29 @@ pub(crate) fn stated_spins(
             let message = format!("is missing from the column names; expected all three of {all}");
             table.wrong_name(column, message);
         }
-        return None;
+        return Vec::new();
     }
-    let numbers = columns.map(|column| values(table, (column, 1.0, FINITE)));
+    let numbers = Numbers::read(table, columns.map(|column| (column, 1.0, FINITE)));
     let stated = |row: usize| {
-        let word = spin_word(table, row).ok()?;
+        let word = table.text("cue_spin", row);
+        let known =
+            word.and_then(|word| Assume::ALL.into_iter().find(|one| one.name().eq_ignore_ascii_case(word)));
         let empty: Vec<&str> = columns.into_iter().filter(|column| table.is_gap(column, row)).collect();
-        let (column, message) = match (empty.len(), word) {
-            (0, None | Some(Assume::Measured)) => {
-                let components = numbers.each_ref().map(|values| values.as_ref()?[row]);
-                let [Some(x), Some(y), Some(z)] = components else { return None };
+        let (column, message) = match (empty.len(), word, known) {
+            (_, Some(word), None) => {
+                let names = Assume::ALL.map(Assume::name);
+                let near = did_you_mean(word, names);
+                ("cue_spin", format!("\"{word}\" is not a spin{near}; expected {}", names.join(", ")))
+            }
+            (0, _, None | Some(Assume::Measured)) => {
+                let [Some(x), Some(y), Some(z)] = columns.map(|column| numbers.at(column, row)) else {
+                    return None;
+                };
                 let spin = Vec3::new(x.value, y.value, z.value);
                 return Some(StatedSpin::Is(Spin::Measured { spin, sd: [x.sd, y.sd, z.sd] }));
             }
-            (3, word) => {
-                let Some(said) = word.or(assume) else { return Some(StatedSpin::Unstated) };
-                return Some(said.spin().map_or(StatedSpin::Measured, StatedSpin::Is));
-            }
-            (0, Some(word)) => {
+            (3, ..) => return Some(StatedSpin::of(known.or(assume))),
+            (0, _, Some(word)) => {
                 ("cue_spin", format!("\"{}\", but {all} have values; expected only one", word.name()))
             }
             _ => (empty[0], "is empty; expected all three components of the spin or none".to_string()),
@@ -261,22 +267,7 @@ pub(crate) fn stated_spins(
         table.wrong(row, column, message);
         None
     };
-    Some((0..table.rows()).map(stated).collect())
-}
-
-/// Returns the statement of a row about the cue ball's spin; reports an unknown word (`Err`).
-fn spin_word(table: &Table, row: usize) -> Result<Option<Assume>, ()> {
-    let Some(word) = table.text("cue_spin", row) else { return Ok(None) };
-    let names = Assume::ALL.map(Assume::name);
-    let known = Assume::ALL.into_iter().find(|one| one.name().eq_ignore_ascii_case(word));
-    known.map(Some).ok_or_else(|| {
-        let near = did_you_mean(word, names);
-        table.wrong(
-            row,
-            "cue_spin",
-            format!("\"{word}\" is not a spin{near}; expected {}", names.join(", ")),
-        );
-    })
+    (0..table.rows()).map(stated).collect()
 }
 
 /// Returns the columns that are not inputs or observables, as text.
@@ -297,7 +288,7 @@ pub(crate) fn labels_note<S: AsRef<str>>(path: &Path, labels: &[S]) -> Option<St
 
 /// Complains about required columns that are missing or have gaps, about a `…_sd` of a known column
 /// that is missing, and about names similar to those of known columns.
-pub(crate) fn check_names(table: &Table, known: &[&str], required: &[&str]) {
+pub(crate) fn check_names(table: &Table, known: &[&str], required: &str) {
     for name in table.names() {
         let of = name.strip_suffix("_sd").filter(|of| known.contains(of) && !table.has(of));
         if let Some(of) = of {
@@ -309,15 +300,15 @@ pub(crate) fn check_names(table: &Table, known: &[&str], required: &[&str]) {
             table.wrong_name(name, message);
         }
     }
-    for column in required {
+    for column in required.split(' ') {
         if !table.has(column) {
             let near = nearest(column, table.names().filter(|name| !known.contains(name)));
             let near = near.map_or(String::new(), |name| format!("; is \"{name}\" meant to be it?"));
-            table.wrong_name(*column, format!("is missing from the column names{near}"));
+            table.wrong_name(column, format!("is missing from the column names{near}"));
             continue;
         }
         for row in (0..table.rows()).filter(|row| table.is_gap(column, *row)) {
-            table.wrong(row, *column, "is empty; expected a value");
+            table.wrong(row, column, "is empty; expected a value");
         }
     }
 }
@@ -341,12 +332,12 @@ pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) 
         Some(rest.trim_matches('_')).filter(|rest| known.contains(rest))
     };
     let spread_of = SPREADS.split(' ').find_map(bare).map(|of| format!("{of}_sd"));
-    let slips = |known: &str| {
+    let names = known.iter().flat_map(|name| [(*name).to_owned(), format!("{name}_sd")]);
+    let slips = |known: String| {
         let most = usize::from(known.len() >= ONE_SLIP) + usize::from(known.len() >= TWO_SLIPS);
-        let slips = strsim::damerau_levenshtein(&plain, known);
-        (slips <= most).then_some(slips)
+        let slips = strsim::damerau_levenshtein(&plain, &known);
+        (slips <= most && !has(&known)).then_some((slips, known))
     };
-    let all = known.iter().flat_map(|name| [(*name).to_owned(), format!("{name}_sd")]);
-    let nearly = all.filter(|name| !has(name)).filter_map(|known| Some((slips(&known)?, known))).min();
-    spread_of.filter(|name| !has(name)).or(nearly.map(|(_, known)| known))
+    let nearly = names.filter_map(slips).min().map(|(_, known)| known);
+    spread_of.filter(|name| !has(name)).or(nearly)
 }

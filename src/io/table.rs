@@ -39,23 +39,26 @@ impl<'a> Table<'a> {
         let (text, stated) = without_separator_line(text.into());
         let separator = stated.unwrap_or_else(|| separator(&text));
         let before = problems.len();
-        let mut rows = records(&text, separator, &|line, message| problems.add(path, line, None, message));
+        let wrong = |line: Option<usize>, message: String| problems.add(path, line, None, message);
+        let mut rows = records(&text, separator, &|line, message| wrong(Some(line), message.to_owned()));
         let has_slips = problems.len() > before;
-        if rows.is_empty() {
-            if !has_slips {
-                let message = "is empty; expected a line of column names, and rows below it";
-                problems.add(path, None, None, message);
-            }
+        if rows.is_empty() && !has_slips {
+            wrong(None, "is empty; expected a line of column names, and rows below it".to_owned());
+        }
+        let Record { line: header, cells: names } = rows.drain(..1.min(rows.len())).next()?;
+        if !are_good(path, header, &names, problems) {
             return None;
         }
-        let Record { line: header, cells: names } = rows.remove(0);
-        check_header(path, header, &names, problems)?;
         if rows.is_empty() && !has_slips {
             let hint = if text.contains("\n#") { " (lines that begin with # are comments)" } else { "" };
-            let message = format!("no rows below the column names; expected at least one{hint}");
-            problems.add(path, header, None, message);
+            wrong(Some(header), format!("no rows below the column names; expected at least one{hint}"));
         }
-        rows.retain(|row| has_width(row, names.len(), separator, path, problems));
+        rows.retain(|Record { line, cells }| {
+            if cells.len() != names.len() {
+                wrong(Some(*line), wrong_width(cells.len(), names.len(), separator));
+            }
+            cells.len() == names.len()
+        });
         let column = |(i, name): (usize, &Cow<str>)| {
             let cells = rows.iter().map(|row| Some(row.cells[i].as_ref()).filter(|cell| !cell.is_empty()));
             Column::new(name.as_ref().into(), cells.collect::<Vec<Option<&str>>>())
@@ -148,8 +151,8 @@ pub(crate) fn separator(text: &str) -> char {
     ['\t', ';', ','].into_iter().max_by_key(|c| first.matches(*c).count()).unwrap_or(',')
 }
 
-/// Complains about the names of columns; returns `None` if they prevent reading the table.
-fn check_header(path: &Path, line: usize, names: &[Cow<str>], problems: &Problems) -> Option<()> {
+/// Returns whether the names of columns are good; complains about missing and repeated ones.
+fn are_good(path: &Path, line: usize, names: &[Cow<str>], problems: &Problems) -> bool {
     let before = problems.len();
     for (i, name) in names.iter().enumerate() {
         if name.is_empty() {
@@ -158,24 +161,18 @@ fn check_header(path: &Path, line: usize, names: &[Cow<str>], problems: &Problem
             problems.add(path, line, name.as_ref(), "stands twice among the column names");
         }
     }
-    (problems.len() == before).then_some(())
+    problems.len() == before
 }
 
-/// Returns whether a row has as many cells as the header; complains if not.
-fn has_width(row: &Record, expected: usize, separator: char, path: &Path, problems: &Problems) -> bool {
-    let found = row.cells.len();
+/// Returns the message about a row with another number of cells than the header.
+fn wrong_width(found: usize, expected: usize, separator: char) -> String {
     let name = Separator::Char(separator).name();
-    if found == expected {
-        return true;
-    }
     let hint = match separator {
         _ if found < expected => format!("leave a cell empty, but keep its {}", name.trim_end_matches('s')),
         ',' => "write decimals with a point, and text that has commas in quotation marks".to_string(),
         _ => format!("write text that has {name} in quotation marks"),
     };
-    let cells = count_of(found, "cell");
-    problems.add(path, row.line, None, format!("{cells}; expected {expected}, as in the header; {hint}"));
-    false
+    format!("{}; expected {expected}, as in the header; {hint}", count_of(found, "cell"))
 }
 
 /// Splits a text into records, which end at line ends outside quotation marks; calls `wrong` with

@@ -106,9 +106,10 @@ pub(crate) fn cells(line: &str, separator: Separator) -> Result<Vec<Cow<'_, str>
     loop {
         let at = |part: &str| line.len() - part.len();
         let after = if let Some(quoted) = rest.trim_start_matches(is_blank).strip_prefix('"') {
-            let (inside, after) = quoted_cell(quoted).ok_or(Slip::Open(at(quoted)))?;
-            cells.push(Cow::Owned(inside.replace("\"\"", "\"").trim().to_string()));
-            after.trim_start_matches(is_blank)
+            // a doubled quotation mark does not close the cell
+            let end = quoted.replace("\"\"", "  ").find('"').ok_or(Slip::Open(at(quoted)))?;
+            cells.push(Cow::Owned(quoted[..end].replace("\"\"", "\"").trim().to_string()));
+            quoted[end + 1..].trim_start_matches(is_blank)
         } else {
             let end = rest.find(separator).unwrap_or(rest.len());
             cells.push(Cow::Borrowed(rest[..end].trim()));
@@ -118,18 +119,6 @@ pub(crate) fn cells(line: &str, separator: Separator) -> Result<Vec<Cow<'_, str>
             return Ok(cells);
         }
         rest = after.strip_prefix(separator).ok_or(Slip::Text(at(after)))?;
-    }
-}
-
-/// Splits after an opening quotation mark into the text before the closing one and the text after.
-fn quoted_cell(text: &str) -> Option<(&str, &str)> {
-    let mut from = 0;
-    loop {
-        let at = from + text[from..].find('"')?;
-        if !text[at + 1..].starts_with('"') {
-            return Some((&text[..at], &text[at + 1..]));
-        }
-        from = at + 2;
     }
 }
 

@@ -1,14 +1,22 @@
 //! TOML files, and all their problems in plain words, each with its place.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
+use toml::Value;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{DatasetError, Problems, did_you_mean};
 use super::table::read_utf8;
 use crate::measurement::fault::{Condition, Fault};
+
+/// Maximum number of entries that are reported as wrong.
+const MAX_WRONG_ENTRIES: usize = 20;
+
+/// A condition, and the keys of the numbers that are to meet it, with blanks between them.
+pub(crate) type Rule = (Condition, &'static str);
 
 /// A TOML file that is read, and the list of its problems.
 pub(crate) struct Source<'a> {
@@ -18,20 +26,6 @@ pub(crate) struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Returns line and position in it, from 1.
-    fn place(&self, span: &Range<usize>) -> (usize, String) {
-        let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
-        let line = before.split(|byte| *byte == b'\n').count();
-        let rest = before.rsplit(|byte| *byte == b'\n').next().unwrap_or_default();
-        let position = String::from_utf8_lossy(rest).chars().count() + 1;
-        (line, position.to_string())
-    }
-
-    /// Returns line and position of the value of a key.
-    pub(crate) fn place_of(&self, key: &str) -> (usize, String) {
-        self.place(&self.span(key).unwrap_or_default())
-    }
-
     /// Returns the range of the value of a key: `fit.mu.lower`, or `kind.2.side` in a list.
     fn span(&self, key: &str) -> Option<Range<usize>> {
         let table = DeTable::parse(self.text).ok()?;
@@ -47,9 +41,14 @@ impl Source<'_> {
         Some(value.span())
     }
 
-    /// Returns the value of a key as it is written; `None` if the key is not stated.
-    pub(crate) fn written(&self, key: &str) -> Option<&str> {
-        self.text.get(self.span(key)?)
+    /// Returns whether a key or a section is stated.
+    pub(crate) fn has(&self, key: &str) -> bool {
+        self.span(key).is_some()
+    }
+
+    /// Returns the value of a key as it is written; empty if the key is not stated.
+    pub(crate) fn written(&self, key: &str) -> &str {
+        self.span(key).and_then(|span| self.text.get(span)).unwrap_or_default()
     }
 
     /// Adds a problem at the value of a key, or at its table if the key is not stated.
@@ -69,18 +68,58 @@ impl Source<'_> {
         self.wrong_at(&keys.iter().find_map(|key| self.span(key)).unwrap_or_default(), message);
     }
 
+    /// Adds a problem with its line and its position in the line, from 1.
     fn wrong_at(&self, span: &Range<usize>, message: impl Into<String>) {
-        let (line, position) = self.place(span);
-        self.problems.add(self.path, line, position.as_str(), message);
+        let before = self.text.get(..span.start).unwrap_or(self.text);
+        let line = before.matches('\n').count() + 1;
+        let position = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+        self.problems.add(self.path, line, position.to_string().as_str(), message);
     }
 
-    /// Returns the given number, and adds a problem if it does not meet the condition.
-    pub(crate) fn number(&self, key: &str, given: Option<f64>, condition: Condition) -> Option<f64> {
-        if let Some(fault) = Fault::of_number(key, given?, condition) {
-            let value = self.written(key).map_or(fault.value, str::to_owned);
-            self.add(&Fault { value, ..fault });
+    /// Adds the stated numbers that do not meet their conditions.
+    pub(crate) fn check(&self, rules: &[Rule]) {
+        let each =
+            |(condition, keys): &Rule| keys.split(' ').map(|key| (key, *condition)).collect::<Vec<_>>();
+        for (key, condition) in rules.iter().flat_map(each) {
+            let Ok(value) = self.written(key).parse::<Value>() else { continue };
+            let number = value.as_float().or(value.as_integer().map(|number| number as f64));
+            let fault = number.and_then(|number| Fault::of_number(key, number, condition));
+            let as_written = |fault| Fault { value: self.written(key).to_owned(), ..fault };
+            fault.map(as_written).iter().for_each(|fault| self.add(fault));
         }
-        given
+    }
+
+    /// Adds what does not go together by the rules of a list in rules.toml.
+    pub(crate) fn check_together(&self, list: &str) {
+        for [_, keys, message] in self.rules(list) {
+            self.wrong_of_first(&keys.split(' ').collect::<Vec<_>>(), message);
+        }
+    }
+
+    /// Returns the rules of a list in rules.toml whose conditions hold, with values in their words.
+    pub(crate) fn rules(&self, list: &str) -> Vec<[String; 3]> {
+        let lists = toml::from_str::<BTreeMap<String, Vec<[String; 3]>>>(include_str!("rules.toml"));
+        let mut rules = lists.unwrap_or_default().remove(list).unwrap_or_default();
+        rules.retain(|[terms, ..]| {
+            terms.split(' ').all(|terms| terms.split('|').any(|term| self.holds(term)))
+        });
+        for [.., message] in &mut rules {
+            for key in ["kind", "ball.mass_kg"] {
+                *message = message.replace(&format!("{{{key}}}"), self.written(key));
+            }
+        }
+        rules
+    }
+
+    /// Returns whether a condition of a rule holds.
+    fn holds(&self, term: &str) -> bool {
+        let is = |key: &str, word: &str| self.written(key).trim_matches(['"', '\'']) == word;
+        match (term.split_once("!="), term.split_once('='), term.strip_prefix('!')) {
+            (Some((key, word)), ..) => !is(key, word),
+            (_, Some((key, word)), _) => is(key, word),
+            (.., Some(key)) => !self.has(key),
+            _ => self.has(term),
+        }
     }
 
     /// Adds a faulty value. Places in lists are left out of the message.
@@ -108,32 +147,27 @@ pub(crate) fn checked<T: DeserializeOwned, U>(
     check: impl FnOnce(T, &Source) -> U,
 ) -> Result<U, DatasetError> {
     // a byte order mark is not part of the first line
-    let source = text.map(|text| text.strip_prefix('\u{feff}').unwrap_or(text));
-    let source = source.map(|text| Source { path, text, problems: &problems });
-    let checked = source.and_then(|source| Some(check(parse(&source)?, &source)));
-    match checked {
+    let text = text.map(|text| text.trim_start_matches('\u{feff}'));
+    let source = text.map(|text| Source { path, text, problems: &problems });
+    match source.and_then(|source| Some(check(parse(&source)?, &source))) {
         Some(checked) => problems.into_result(checked),
         None => Err(problems.into_error()),
     }
 }
 
-/// Maximum number of entries that are reported as wrong.
-const MAX_WRONG_ENTRIES: usize = 20;
-
 /// Parses a text; adds all wrong entries, each found after the line of the last was made a comment.
 fn parse<T: DeserializeOwned>(source: &Source) -> Option<T> {
     let mut text = source.text.to_string();
     for found in 0..MAX_WRONG_ENTRIES {
-        let error = match toml::from_str(&text) {
+        match toml::from_str(&text) {
             Ok(parsed) => return (found == 0).then_some(parsed),
-            Err(error) => error,
-        };
-        // the key may be in an entry that was set aside
-        if found > 0 && error.message().starts_with("missing field") {
-            return None;
+            // the key may be in an entry that was set aside
+            Err(error) if found > 0 && error.message().starts_with("missing field") => return None,
+            Err(error) => {
+                complain(&error, source);
+                set_aside(&mut text, error.span()?)?;
+            }
         }
-        complain(&error, source);
-        set_aside(&mut text, error.span()?)?;
     }
     None
 }
@@ -153,28 +187,28 @@ fn set_aside(text: &mut String, entry: Range<usize>) -> Option<()> {
 
 /// Adds an error of toml or serde in plain words.
 fn complain(error: &toml::de::Error, source: &Source) {
-    let written = |span: &Range<usize>| source.text.get(span.clone()).unwrap_or_default();
-    // the span of a key missing at the top is the whole file
-    let whole =
-        |span: &Range<usize>| error.message().starts_with("missing field") && !written(span).starts_with('[');
-    let span = error.span().filter(|span| !whole(span));
-    let message = in_plain_words(error.message(), span.as_ref().map_or("", written));
-    let Some(span) = span else { return source.problems.add(source.path, None, None, message) };
-    let hint = if is_decimal_comma(source.text, span.start) {
-        "; write decimals with a point, not a comma"
+    let span = error.span().unwrap_or_default();
+    let written = source.text.get(span.clone()).unwrap_or_default();
+    // a key that is missing at the top, or the whole file
+    if error.message().starts_with("missing field") && !written.starts_with('[') {
+        return source.problems.add(source.path, None, None, in_plain_words(error.message(), ""));
+    }
+    let mut message = in_plain_words(error.message(), written);
+    // the comma stands at the place, or just before it
+    let near = &source.text.as_bytes()[span.start.saturating_sub(2)..];
+    if near.windows(3).take(2).any(|near| matches!(near, [b'0'..=b'9', b',', b'0'..=b'9'])) {
+        message += "; write decimals with a point, not a comma";
     } else if message.contains("escape") {
-        "; write / between folders, not \\"
-    } else {
-        ""
-    };
-    source.wrong_at(&span, message + hint);
+        message += "; write / between folders, not \\";
+    }
+    source.wrong_at(&span, message);
 }
 
 /// Returns the message of toml or serde about `written` in plain words.
 fn in_plain_words(message: &str, written: &str) -> String {
     let message = message.trim().replace('\n', " ");
-    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-    match (message.split(' ').take(2).collect::<Vec<_>>().as_slice(), quoted.as_slice()) {
+    let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    match (message.split(' ').take(2).collect::<Vec<_>>().as_slice(), names.as_slice()) {
         (["unknown", what], [word, known @ ..]) if !known.is_empty() => {
             let what = if *what == "field" { "key" } else { "word" };
             let near = did_you_mean(word, known.iter().copied());
@@ -191,24 +225,15 @@ fn in_plain_words(message: &str, written: &str) -> String {
             format!("the key {key} is missing{place}{expected}")
         }
         (["duplicate", "key"], _) => format!("the key {written} stands twice"),
-        (["invalid", "type:"] | ["expected", _], _) if !written.contains('\n') => {
-            let expected = match message.split_once(", expected ") {
-                Some((_, "f64")) => "a number, without quotation marks",
-                Some((_, "a string")) => "text in quotation marks",
-                Some((_, "a sequence")) => "a list, as in [\"a\", \"b\"]",
-                Some((_, other)) if message.starts_with("invalid") => other,
-                _ => message.trim_start_matches("expected "),
+        (["invalid", "type:"] | ["wanted", "string"] | ["expected", _], _) if !written.contains('\n') => {
+            let expected = match message.split_once("expected ").map_or(message.as_str(), |(_, what)| what) {
+                "f64" => "a number, without quotation marks",
+                "a string" | "wanted string or table" => "text in quotation marks",
+                "a sequence" => "a list, as in [\"a\", \"b\"]",
+                other => other,
             };
             format!("{written} is of the wrong type; expected {expected}")
         }
         _ => message,
     }
-}
-
-/// Returns whether the comma between two digits stands just before or at a place.
-fn is_decimal_comma(text: &str, place: usize) -> bool {
-    let text = text.as_bytes();
-    let digit = |i: usize| text.get(i).is_some_and(u8::is_ascii_digit);
-    (place.saturating_sub(1)..=place)
-        .any(|i| text.get(i) == Some(&b',') && i > 0 && digit(i - 1) && digit(i + 1))
 }

@@ -8,9 +8,10 @@ use toml::{Table, Value};
 
 use super::Kind;
 use super::scene::{Camera, Played, checked, faults_of, faults_of_shots};
+use crate::io::DatasetError;
+use crate::io::balls::BallSection;
 use crate::io::error::Problems;
 use crate::io::toml_file;
-use crate::io::{DatasetError, StatedObject};
 use crate::measurement::dataset::ObjectBall;
 use crate::measurement::fault::{Fault, Faults, INERTIA, NOT_NEGATIVE, POSITIVE};
 use crate::measurement::parameter::Parameter;
@@ -41,7 +42,7 @@ pub struct Spec {
     pub(crate) ball: BallSpec,
     /// The properties of the object ball that differ from the cue ball's.
     #[serde(default)]
-    pub(crate) object: Option<StatedObject>,
+    pub(crate) object: Option<BallSection>,
     /// The camera, for kind `tracks`.
     #[serde(default)]
     pub(crate) camera: Camera,
@@ -237,7 +238,7 @@ impl Faults for Spec {
         for (key, sd, value) in [
             ("ball.radius_m_sd", ball.radius_m_sd, ball.radius_m),
             ("ball.mass_kg_sd", ball.mass_kg_sd, ball.mass_kg),
-            ("object.radius_m_sd", stated.radius_m_sd, object.radius),
+            ("object.radius_m_sd", stated.radius_m_sd.unwrap_or(0.0), object.radius),
             ("object.mass_kg_sd", stated.mass_kg_sd.unwrap_or(0.0), object.mass),
         ] {
             let is_small = !(value > 0.0) || (0.0..0.1 * value).contains(&sd);

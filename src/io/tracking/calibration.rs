@@ -1,13 +1,12 @@
 //! Calibration of a file's lengths: to metres on the table, x right and y up as seen from above.
 
-use nalgebra::{DMatrix, Matrix3, Vector3};
-
+use nalgebra::{DMatrix, Matrix2, Matrix3, Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Map from a file's coordinates to metres.
-#[derive(Clone, Debug)]
-pub(super) struct Calibration {
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Calibration {
     /// Metres per unit as factor and divisor; the latter is whole, so that 5.6 cm is 0.056 m.
     pub(crate) scale: (f64, f64),
     /// Whether the file's y axis points up.
@@ -19,7 +18,7 @@ pub(super) struct Calibration {
 
 /// A rolling shutter: the rows of a picture are exposed one after the other, from the top.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ReadOut {
+pub(crate) struct ReadOut {
     /// Time from the first row to the last, s.
     pub(crate) seconds: f64,
     pub(crate) rows: f64,
@@ -38,50 +37,16 @@ pub(super) struct Point {
 const COLLINEAR: &str =
     "the [[scale.point]] lie on one line, or all but one do; expected four of which no three are on a line";
 
-impl Calibration {
-    /// Takes the homography by least squares over points in pixels and metres (direct linear
-    /// transform of normalised points), and returns a note on its residuals. `is_up` is the
-    /// direction of the pixels' y axis if it is known: the metres must then be seen from above.
-    pub(super) fn set_homography(&mut self, points: &[Point], is_up: Option<bool>) -> Result<String, String> {
-        let count = points.len();
-        if count < 4 {
-            return Err(format!("{count} points; a homography needs four or more [[scale.point]]"));
-        }
-        if points.iter().flat_map(|point| [point.px, point.m]).flatten().any(|x| !x.is_finite()) {
-            return Err("a [[scale.point]] is not finite; expected numbers".to_string());
-        }
-        let map = homography(points).ok_or(COLLINEAR)?;
-        if !points.iter().all(|point| (map * homogeneous(point.px)).z > 0.0) {
-            let message = "the [[scale.point]] cannot be pictures of points in one plane in front of a camera; expected each \
-                           px with its own m";
-            return Err(message.to_string());
-        }
-        if let Some(is_up) = is_up.filter(|is_up| (map.determinant() > 0.0) != *is_up) {
-            let down = if is_up { "up" } else { "down" };
-            return Err(format!(
-                "the [[scale.point]] are a mirror image: with y_axis = \"{down}\" in the picture, m must have x \
-                 to the right and y up as seen from above; expected m turned so, or the other y_axis"
-            ));
-        }
-        self.homography = Some(map);
-        let square = |point: &Point| {
-            let [x, y] = self.metres(point.px);
-            (x - point.m[0]).powi(2) + (y - point.m[1]).powi(2)
-        };
-        let rms = (points.iter().map(square).sum::<f64>() / count as f64).sqrt() * 1e3;
-        let exact = if count == 4 { " (exact through four points: not a check)" } else { "" };
-        Ok(format!("homography from {count} points, residual {rms:.3} mm{exact}"))
-    }
+const BEHIND: &str = "the [[scale.point]] cannot be pictures of points in one plane in front of a camera; expected each \
+                      px with its own m";
 
+impl Calibration {
     pub(super) fn metres(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (factor, divisor) = self.scale;
         match &self.homography {
             None if self.is_up => [factor * x / divisor, factor * y / divisor],
             None => [factor * x / divisor, -factor * y / divisor],
-            Some(map) => {
-                let p = map * Vector3::new(x, y, 1.0);
-                [p.x / p.z, p.y / p.z]
-            }
+            Some(map) => mapped(map, [x, y]),
         }
     }
 
@@ -89,7 +54,7 @@ impl Calibration {
     pub(super) fn sd(&self, [x, y]: [f64; 2], sd: [f64; 2]) -> [f64; 2] {
         let (factor, divisor) = self.scale;
         let Some(map) = &self.homography else { return sd.map(|sd| factor * sd / divisor) };
-        let p = map * Vector3::new(x, y, 1.0);
+        let p = map * homogeneous([x, y]);
         [0, 1].map(|i| {
             let slope = |k: usize| (map[(i, k)] - p[i] / p.z * map[(2, k)]) / p.z;
             (slope(0) * sd[0]).hypot(slope(1) * sd[1])
@@ -98,16 +63,47 @@ impl Calibration {
 
     /// Returns the time between the first row of a picture and a position, s.
     pub(super) fn delay(&self, y: f64) -> f64 {
-        self.readout.map_or(0.0, |readout| {
-            let row = if readout.is_up { readout.rows - y } else { y };
-            readout.seconds * row / readout.rows
+        self.readout.map_or(0.0, |ReadOut { seconds, rows, is_up }| {
+            let row = if is_up { rows - y } else { y };
+            seconds * row / rows
         })
     }
 }
 
+/// Returns the homography of pixels to metres by least squares (direct linear transform of
+/// normalised points), and a note on its residuals. `is_up` is the direction of the pixels' y axis
+/// if it is known: the metres must then be seen from above.
+pub(super) fn homography(points: &[Point], is_up: Option<bool>) -> Result<(Matrix3<f64>, String), String> {
+    let count = points.len();
+    if count < 4 {
+        return Err(format!("{count} points; a homography needs four or more [[scale.point]]"));
+    }
+    if points.iter().flat_map(|point| [point.px, point.m]).flatten().any(|x| !x.is_finite()) {
+        return Err("a [[scale.point]] is not finite; expected numbers".to_string());
+    }
+    let map = least_squares(points).ok_or(COLLINEAR)?;
+    if !points.iter().all(|point| (map * homogeneous(point.px)).z > 0.0) {
+        return Err(BEHIND.to_string());
+    }
+    if let Some(is_up) = is_up.filter(|is_up| (map.determinant() > 0.0) != *is_up) {
+        let direction = if is_up { "up" } else { "down" };
+        return Err(format!(
+            "the [[scale.point]] are a mirror image: with y_axis = \"{direction}\" in the picture, m must have x \
+             to the right and y up as seen from above; expected m turned so, or the other y_axis"
+        ));
+    }
+    let square = |point: &Point| {
+        let [x, y] = mapped(&map, point.px);
+        (x - point.m[0]).powi(2) + (y - point.m[1]).powi(2)
+    };
+    let rms = (points.iter().map(square).sum::<f64>() / count as f64).sqrt() * 1e3;
+    let exact = if count == 4 { " (exact through four points: not a check)" } else { "" };
+    Ok((map, format!("homography from {count} points, residual {rms:.3} mm{exact}")))
+}
+
 /// Returns the map of pixels to metres, positive at their mean; `None` if the points do not
 /// determine it.
-fn homography(points: &[Point]) -> Option<Matrix3<f64>> {
+fn least_squares(points: &[Point]) -> Option<Matrix3<f64>> {
     let (pixels, metres): (Vec<_>, Vec<_>) = points.iter().map(|point| (point.px, point.m)).unzip();
     let (from, to) = (normaliser(&pixels)?, normaliser(&metres)?);
     let mut rows = DMatrix::zeros((2 * points.len()).max(9), 9);
@@ -120,14 +116,13 @@ fn homography(points: &[Point]) -> Option<Matrix3<f64>> {
             rows[(2 * i + 1, 6 + k)] = -q.y * p[k];
         }
     }
+    // the singular values decrease
     let svd = rows.svd(false, true);
-    let mut order: Vec<usize> = (0..9).collect();
-    order.sort_by(|a, b| svd.singular_values[*a].total_cmp(&svd.singular_values[*b]));
     // two solutions: the points do not determine it
-    if svd.singular_values[order[1]] < 1e-6 * svd.singular_values[order[8]] {
+    if svd.singular_values[7] < 1e-6 * svd.singular_values[0] {
         return None;
     }
-    let normalised = Matrix3::from_row_iterator(svd.v_t?.row(order[0]).iter().copied());
+    let normalised = Matrix3::from_row_iterator(svd.v_t?.row(8).iter().copied());
     let map = to.try_inverse()? * normalised * from;
     let mean: Vector3<f64> = pixels.into_iter().map(homogeneous).sum();
     Some(if (map * mean).z < 0.0 { -map } else { map })
@@ -137,19 +132,21 @@ fn homogeneous([x, y]: [f64; 2]) -> Vector3<f64> {
     Vector3::new(x, y, 1.0)
 }
 
+fn mapped(map: &Matrix3<f64>, place: [f64; 2]) -> [f64; 2] {
+    let p = map * homogeneous(place);
+    [p.x / p.z, p.y / p.z]
+}
+
 /// Returns the map of points to mean 0 and mean distance √2; `None` if they lie on a line.
 fn normaliser(points: &[[f64; 2]]) -> Option<Matrix3<f64>> {
     let n = points.len() as f64;
-    let mean = [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / n);
-    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
-    for p in points {
-        let (dx, dy) = (p[0] - mean[0], p[1] - mean[1]);
-        (xx, xy, yy) = (xx + dx * dx, xy + dx * dy, yy + dy * dy);
-    }
-    let (trace, det) = (xx + yy, xx * yy - xy * xy);
+    let points = points.iter().map(|point| Vector2::from(*point));
+    let mean = points.clone().sum::<Vector2<f64>>() / n;
+    let spread: Matrix2<f64> = points.map(|point| (point - mean) * (point - mean).transpose()).sum();
+    let (trace, det) = (spread.trace(), spread.determinant());
     if !(trace > 0.0 && trace.is_finite()) || det < 1e-8 * trace * trace {
         return None;
     }
     let scale = (2.0 * n / trace).sqrt();
-    Some(Matrix3::new(scale, 0.0, -scale * mean[0], 0.0, scale, -scale * mean[1], 0.0, 0.0, 1.0))
+    Some(Matrix3::new(scale, 0.0, -scale * mean.x, 0.0, scale, -scale * mean.y, 0.0, 0.0, 1.0))
 }

@@ -27,15 +27,15 @@ pub(crate) struct CameraSection {
 }
 
 /// A statement about a correction.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(
     untagged,
     expecting = "expected \"auto\", \"none\", a number (for perspective two, along x and along y) or { mean = …, sd = … }"
 )]
 enum Stated {
     Word(Word),
-    Exact(Values),
-    Prior { mean: Values, sd: Values },
+    Exact(OneOrSeveral<f64>),
+    Prior { mean: OneOrSeveral<f64>, sd: OneOrSeveral<f64> },
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
@@ -45,19 +45,19 @@ enum Word {
     None,
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(untagged)]
-enum Values {
-    One(f64),
-    /// Along x and along y.
-    Two([f64; 2]),
+/// A number or a name, or a list of them.
+#[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq)]
+#[serde(untagged, expecting = "expected the name of a track, or a list of the names of markers on one ball")]
+pub(super) enum OneOrSeveral<T> {
+    One(T),
+    Several(Vec<T>),
 }
 
-impl Values {
-    fn each(&self) -> &[f64] {
+impl<T> OneOrSeveral<T> {
+    pub(super) fn each(&self) -> &[T] {
         match self {
             Self::One(value) => std::slice::from_ref(value),
-            Self::Two(values) => values,
+            Self::Several(values) => values,
         }
     }
 }
@@ -88,7 +88,7 @@ impl Stated {
         }
     }
 
-    fn are_good(&self, Key(_, corrections, [low, high], _): &Key) -> bool {
+    fn is_good(&self, Key(_, corrections, [low, high], _): &Key) -> bool {
         let (means, sds) = self.numbers();
         let are_in_range = means.iter().all(|mean| (low..=high).contains(&mean));
         let are_sds =
@@ -102,20 +102,21 @@ impl CameraSection {
     /// Returns the seconds from the first row of the picture to the last, if the section states
     /// them.
     pub(super) fn readout(&self) -> Option<f64> {
-        if let Some(Stated::Exact(Values::One(seconds))) = self.shutter { Some(seconds) } else { None }
+        if let Some(Stated::Exact(OneOrSeveral::One(seconds))) = self.shutter { Some(seconds) } else { None }
     }
 
-    fn statements(&self) -> impl Iterator<Item = (&'static Key, Stated)> {
-        let shutter = self.shutter.filter(|_| self.readout().is_none());
-        let all = [self.scale, self.aspect, self.shear, self.perspective, self.lens, shutter, self.parallax];
-        KEYS.iter().zip(all).filter_map(|(key, stated)| Some((key, stated?)))
+    fn statements(&self) -> impl Iterator<Item = (&'static Key, &Stated)> {
+        let Self { scale, aspect, shear, perspective, lens, shutter, parallax, .. } = self;
+        let all = [scale, aspect, shear, perspective, lens, shutter, parallax];
+        let stated = KEYS.iter().zip(all).filter_map(|(key, stated)| Some((key, stated.as_ref()?)));
+        stated.filter(|(key, _)| key.0 != "shutter" || self.readout().is_none())
     }
 
     pub(super) fn check(&self, source: &Source) {
-        for (key, _) in self.statements().filter(|(key, stated)| !stated.are_good(key)) {
-            let path = format!("camera.{}", key.0);
-            let value = source.written(&path).unwrap_or_default();
-            source.add(&Fault::new(&path, value, format!("\"auto\", \"none\" or {}, and sd above 0", key.3)));
+        for (Key(name, .., expected), _) in self.statements().filter(|(key, stated)| !stated.is_good(key)) {
+            let path = format!("camera.{name}");
+            let expected = format!("\"auto\", \"none\" or {expected}, and sd above 0");
+            source.add(&Fault::new(&path, source.written(&path), expected));
         }
     }
 
@@ -126,9 +127,9 @@ impl CameraSection {
         let exact = |value: f64| Some(Measured { value, sd: None });
         let unstated = |which: Correction| is_motion_capture && which.is_of_one_camera();
         let mut values = Correction::ALL.map(|which| exact(which.neutral()).filter(|_| unstated(which)));
-        for (key, stated) in self.statements() {
+        for (Key(_, corrections, ..), stated) in self.statements() {
             let (means, sds) = stated.numbers();
-            for (i, which) in key.1.iter().enumerate() {
+            for (i, which) in corrections.iter().enumerate() {
                 values[*which as usize] = match stated {
                     Stated::Word(Word::Auto) => None,
                     Stated::Word(Word::None) => exact(which.neutral()),
@@ -154,22 +155,22 @@ pub(crate) fn schema_of_camera(generator: &mut SchemaGenerator) -> Schema {
 
 pub(crate) fn label_or_section<'de, D: Deserializer<'de>>(
     deserializer: D,
-) -> Result<Option<CameraSection>, D::Error> {
+) -> Result<CameraSection, D::Error> {
     struct Either;
 
     impl<'de> Visitor<'de> for Either {
-        type Value = Option<CameraSection>;
+        type Value = CameraSection;
 
         fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
             f.write_str("a label, as in camera = \"phone\", or a table, as in [camera] lens = \"none\"")
         }
 
         fn visit_str<E: Error>(self, label: &str) -> Result<Self::Value, E> {
-            Ok(Some(CameraSection { label: Some(label.to_owned()), ..CameraSection::default() }))
+            Ok(CameraSection { label: Some(label.to_owned()), ..CameraSection::default() })
         }
 
         fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
-            CameraSection::deserialize(MapAccessDeserializer::new(map)).map(Some)
+            CameraSection::deserialize(MapAccessDeserializer::new(map))
         }
     }
 

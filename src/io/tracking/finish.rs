@@ -109,7 +109,7 @@ fn of_balls(
         line: raw.line,
         labels: facts.labels,
         markers,
-        position_sd: settings.stated.tracks.position_sd_m,
+        position_sd: settings.tracks.position_sd_m,
         resolution,
         ..TrackShot::new(raw.name, fps, facts.spin, paths)
     };

@@ -140,7 +140,7 @@ impl Heading {
 
     /// Returns the unit of a column of time, seconds by default; complains of a contradiction.
     pub(super) fn time(&self, column: usize, input: &Input) -> TimeUnit {
-        let stated = input.settings.stated.tracks.time_unit;
+        let stated = input.settings.tracks.time_unit;
         let stated = stated.map(|unit| (Measure::Time(unit), "[tracks] time_unit states".to_string()));
         match self.unit([column], Measure::Time(TimeUnit::S), stated, input) {
             Some(Measure::Time(unit)) => unit,

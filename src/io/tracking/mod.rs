@@ -45,6 +45,7 @@ use super::check_unique;
 use super::error::Problems;
 use super::manifest::Manifest;
 use super::rows::StatedSpin;
+use super::toml_file::Source;
 use crate::measurement::dataset::Tracks;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
@@ -63,14 +64,13 @@ pub(super) fn metres(unit: &str) -> Option<f64> {
 }
 
 /// Loads every file of the manifest; adds to the problems.
-pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Problems) -> Tracks {
-    let path = manifest.dataset.path.as_path();
+pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Source) -> Tracks {
+    let (path, problems) = (source.path, source.problems);
     let table = ShotsTable::read(settings.shots.as_deref(), manifest.assume, problems);
     if let Some(by) = manifest.dataset.by.as_ref().filter(|by| !table.labels.contains(by)) {
-        let (line, position) = &manifest.place_of_by;
         let message =
             format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
-        problems.add(path, *line, position.as_str(), message);
+        source.wrong("fit.by", message);
     }
     let notes = Notes::default();
     let context = Context { settings, problems, notes: &notes };
@@ -121,7 +121,6 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
     if manifest.discs.is_none() {
         name_unmeasured(&shots, &table, path, problems);
     }
-    let stated = &settings.stated;
     let mut lines = settings.notes.clone();
     lines.append(&mut notes.into_lines());
     lines.extend(table.note());
@@ -129,12 +128,12 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, problems: &Pro
         left_out,
         notes: lines,
         discs: manifest.discs,
-        camera: stated.camera.values(is_motion_capture),
-        rate_sd: stated.video.relative_sd(),
-        tilt_sd: stated.tilt_sd,
-        topspin_sd: stated.topspin_sd,
+        camera: settings.camera.values(is_motion_capture),
+        rate_sd: settings.rate_sd(),
+        tilt_sd: settings.tilt_sd,
+        topspin_sd: settings.topspin_sd,
         from_balls: settings.from_balls,
-        scale_sd: (!settings.from_balls).then(|| stated.scale.sd.unwrap_or(Tracks::SCALE_SD)),
+        scale_sd: (!settings.from_balls).then(|| settings.scale.sd.unwrap_or(Tracks::SCALE_SD)),
         ..Tracks::new(shots)
     }
 }

@@ -50,9 +50,9 @@ pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked
 
 fn as_written(input: &Input) -> Option<Tracked> {
     let settings = input.settings;
-    let stated = settings.stated.tracks.format;
+    let stated = settings.tracks.format;
     let wanted = |format: Format| stated == format || stated == Format::Auto;
-    if let Some(columns) = &settings.stated.tracks.columns {
+    if let Some(columns) = &settings.tracks.columns {
         return Some(by_layout(&columns::layout(input, columns)?, input));
     }
     if wanted(Format::Json) && json::detect(input.text) {
@@ -116,7 +116,7 @@ fn complain_of_format(headings: &[Heading], input: &Input) {
     let Some((line, first)) = filled_lines(input.text).next() else {
         return input.wrong(None, None, "is empty; expected tracked positions");
     };
-    let format = input.settings.stated.tracks.format;
+    let format = input.settings.tracks.format;
     let expected = match format {
         Format::Auto => {
             "a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a section \

@@ -5,13 +5,18 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::calibration::{Calibration, Point, ReadOut};
-use super::camera::CameraSection;
+use super::calibration::{Calibration, Point, ReadOut, homography};
+use super::camera::{CameraSection, OneOrSeveral};
 use super::column_names::{self, Columns, schema_of_columns};
 use super::units::{TimeUnit, Unit};
-use crate::io::toml_file::Source;
+use crate::io::toml_file::{Rule, Source};
 use crate::measurement::fault::POSITIVE;
 use crate::physics::name::worded;
+
+const RULES: [Rule; 2] = [
+    (POSITIVE, "video.capture_fps video.playback_fps video.capture_fps_sd video.row_readout_s video.rows"),
+    (POSITIVE, "camera.shutter scale.m_per_px scale.sd tracks.position_sd_m"),
+];
 
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -39,25 +44,15 @@ enum UnknownRate {
 }
 
 impl VideoSection {
-    /// Returns the frame rate of the camera; one frame a second if it is stated as unknown (discs).
-    pub(super) fn fps(&self) -> Option<f64> {
-        self.capture_fps.map(|rate| if let Rate::Fps(fps) = rate { fps } else { 1.0 })
-    }
-
-    pub(super) fn is_unknown(&self) -> bool {
+    pub(crate) fn has_unknown_rate(&self) -> bool {
         matches!(self.capture_fps, Some(Rate::Word(_)))
-    }
-
-    /// Returns the relative standard deviation of the frame rate.
-    pub(super) fn relative_sd(&self) -> Option<f64> {
-        Some(self.capture_fps_sd? / self.fps()?)
     }
 }
 
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ScaleSection {
-    pub(super) length_unit: Option<Unit>,
+    length_unit: Option<Unit>,
     m_per_px: Option<f64>,
     from: Option<Ruler>,
     /// Relative standard deviation of the scale.
@@ -68,7 +63,7 @@ pub(crate) struct ScaleSection {
 }
 
 /// Source of the scale if no number states it.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 enum Ruler {
     Balls,
@@ -115,24 +110,14 @@ worded! {
     pub(super) fn shown;
 }
 
-#[derive(Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "expected the name of a track, or a list of the names of markers on one ball")]
-enum OneOrSeveral {
-    One(String),
-    Several(Vec<String>),
-}
-
 /// The names of the tracks of one ball: its centre, or several markers on it.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema, PartialEq)]
-#[serde(from = "OneOrSeveral")]
-pub(super) struct Names(pub Vec<String>);
+#[serde(from = "OneOrSeveral<String>")]
+pub(crate) struct Names(pub Vec<String>);
 
-impl From<OneOrSeveral> for Names {
-    fn from(names: OneOrSeveral) -> Self {
-        match names {
-            OneOrSeveral::One(name) => Self::of([name.as_str()]),
-            OneOrSeveral::Several(names) => Self::of(names.iter().map(String::as_str)),
-        }
+impl From<OneOrSeveral<String>> for Names {
+    fn from(names: OneOrSeveral<String>) -> Self {
+        Self::of(names.each().iter().map(String::as_str))
     }
 }
 
@@ -150,17 +135,15 @@ impl Names {
         !names.is_empty() && !names.iter().enumerate().any(is_bad)
     }
 
+    /// Returns them as dataset.toml writes them.
     pub(super) fn shown(&self) -> String {
-        match self.0.as_slice() {
-            [one] => format!("{one:?}"),
-            many => format!("{many:?}"),
-        }
+        if let [one] = self.0.as_slice() { format!("{one:?}") } else { format!("{:?}", self.0) }
     }
 }
 
-/// The sections of dataset.toml as written.
+/// The sections of dataset.toml for tracks, and what follows from them.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Sections {
+pub(crate) struct TrackSettings {
     pub(crate) video: VideoSection,
     pub(crate) camera: CameraSection,
     pub(crate) scale: ScaleSection,
@@ -169,41 +152,41 @@ pub(crate) struct Sections {
     pub(crate) tilt_sd: Option<f64>,
     /// Standard deviation of the topspin that shots share.
     pub(crate) topspin_sd: Option<f64>,
-}
-
-/// The checked sections, and what follows from them.
-#[derive(Clone, Debug)]
-pub(crate) struct TrackSettings {
-    pub(super) stated: Sections,
     /// Whether the tracks are of discs, whose centres may follow from points on them.
-    pub(super) discs: bool,
+    pub(crate) discs: bool,
     /// Tracks of both balls, and of points on them, in the order of [`NAMED`].
-    pub(super) names: [Names; 4],
-    calibration: Calibration,
+    pub(crate) names: [Names; 4],
+    pub(crate) calibration: Calibration,
     /// Whether the scale is estimated from the size of the balls.
-    pub(super) from_balls: bool,
+    pub(crate) from_balls: bool,
     /// The table of shots.
-    pub(super) shots: Option<PathBuf>,
+    pub(crate) shots: Option<PathBuf>,
     /// Notes on assumptions, for the reader.
     pub(crate) notes: Vec<String>,
 }
 
 impl TrackSettings {
-    pub(crate) fn has_unknown_rate(&self) -> bool {
-        self.stated.video.is_unknown()
+    /// Returns the frame rate of the camera; one frame a second if it is stated as unknown (discs).
+    pub(super) fn fps(&self) -> Option<f64> {
+        self.video.capture_fps.map(|rate| if let Rate::Fps(fps) = rate { fps } else { 1.0 })
     }
 
-    pub(super) fn fps(&self) -> Option<f64> {
-        self.stated.video.fps()
+    pub(crate) fn has_unknown_rate(&self) -> bool {
+        self.video.has_unknown_rate()
+    }
+
+    /// Returns the relative standard deviation of the frame rate.
+    pub(super) fn rate_sd(&self) -> Option<f64> {
+        Some(self.video.capture_fps_sd? / self.fps()?)
     }
 
     /// Returns the rate that the times of files follow.
     pub(super) fn followed_fps(&self) -> Option<f64> {
-        self.stated.video.playback_fps.or(self.fps())
+        self.video.playback_fps.or(self.fps())
     }
 
     pub(super) fn unit(&self) -> Option<Unit> {
-        self.stated.scale.length_unit
+        self.scale.length_unit
     }
 
     /// Returns the calibration of a file that states this unit of lengths.
@@ -214,7 +197,7 @@ impl TrackSettings {
 
     /// Returns whether `cue` or `object` is stated; if not, both have their default names.
     pub(super) fn states_balls(&self) -> bool {
-        self.stated.tracks.cue.is_some() || self.stated.tracks.object.is_some()
+        self.tracks.cue.is_some() || self.tracks.object.is_some()
     }
 
     pub(super) fn single_names(&self) -> Option<[&str; 2]> {
@@ -227,100 +210,41 @@ impl TrackSettings {
     pub(super) fn first_names(&self) -> [&str; 2] {
         [0, 1].map(|ball| self.names[ball].0.first().map_or("", String::as_str))
     }
-}
 
-/// Keys of the time that a picture takes from its first row to its last.
-const READOUT: &[&str] = &["video.row_readout_s", "video.rows", "camera.shutter", "video"];
-
-impl Sections {
-    /// Checks the sections; adds to the problems of the source.
-    pub(crate) fn check(self, discs: bool, source: &Source) -> TrackSettings {
-        let Self { video, scale, tracks, camera, .. } = &self;
-        for (key, given) in [
-            ("video.capture_fps", video.fps()),
-            ("video.playback_fps", video.playback_fps),
-            ("video.capture_fps_sd", video.capture_fps_sd),
-            ("video.row_readout_s", video.row_readout_s),
-            ("camera.shutter", camera.readout()),
-            ("video.rows", video.rows),
-            ("scale.m_per_px", scale.m_per_px),
-            ("scale.sd", scale.sd),
-            ("tracks.position_sd_m", tracks.position_sd_m),
-        ] {
-            source.number(key, given, POSITIVE);
+    /// Checks the sections, whose problems are added to those of the source, and derives the rest.
+    pub(crate) fn checked(mut self, source: &Source) -> Self {
+        source.check(&RULES);
+        self.camera.check(source);
+        if let Some(columns) = &self.tracks.columns {
+            column_names::check(columns, self.discs, source);
         }
-        let readout = video.row_readout_s.or(camera.readout());
-        let (is_px, has_points) = (scale.length_unit == Some(Unit::Px), !scale.point.is_empty());
-        let is_measured = scale.m_per_px.is_some() || has_points;
+        source.check_together("tracks");
+        let (is_px, has_points) = (self.unit() == Some(Unit::Px), !self.scale.point.is_empty());
+        let is_up = self.scale.y_axis.map(|axis| axis == YAxis::Up);
+        let seconds = self.video.row_readout_s.or(self.camera.readout());
+        let readout = seconds.zip(self.video.rows).zip(is_up);
         // the balls are the ruler by a statement, or for pixels without another scale
-        let from_balls = !discs && !is_measured && (scale.from.is_some() || is_px);
-        let y_axis = scale.y_axis.filter(|_| is_px);
-        let wrong_if = |is_wrong: bool, keys: &[&str], message: &str| {
-            if is_wrong {
-                source.wrong_of_first(keys, message);
-            }
-        };
-        for (key, stated) in [("playback_fps", video.playback_fps), ("capture_fps_sd", video.capture_fps_sd)]
-        {
-            let is_alone = stated.is_some() && (video.fps().is_none() || video.is_unknown());
-            let message = format!("{key} needs capture_fps beside it, as a number: the rate of the camera");
-            wrong_if(is_alone, &[&format!("video.{key}")], &message);
-        }
-        let message =
-            "\"unknown\" goes with discs only: gravity and the cloth act in seconds; expected a number";
-        wrong_if(video.is_unknown() && !discs, &["video.capture_fps"], message);
-        let message = "row_readout_s (or [camera] shutter in seconds) and rows, of the picture, go together";
-        wrong_if(readout.is_some() != video.rows.is_some(), READOUT, message);
-        let message = "row_readout_s needs [scale] length_unit = \"px\" and y_axis, to know a ball's row";
-        wrong_if(readout.and(video.rows).is_some() && y_axis.is_none(), READOUT, message);
-        let message = "m_per_px and [[scale.point]] go with length_unit = \"px\" only";
-        wrong_if(!is_px && is_measured, &["scale.m_per_px", "scale.point.0"], message);
-        let message = "from = \"balls\" goes with balls, without another scale; expected one of them";
-        wrong_if(scale.from.is_some() && (is_measured || discs), &["scale.from"], message);
-        let message = "length_unit is \"px\"; expected m_per_px, or four or more [[scale.point]]";
-        wrong_if(is_px && !is_measured && !from_balls, &["scale.length_unit"], message);
-        let message = "both m_per_px and [[scale.point]] are given; expected one of them";
-        wrong_if(is_px && scale.m_per_px.is_some() && has_points, &["scale.m_per_px"], message);
-        let message = "format = \"columns\" and a section [tracks.columns] go together";
-        let is_by_columns = tracks.format == Format::Columns;
-        let are_apart =
-            tracks.columns.is_some() != is_by_columns && (is_by_columns || tracks.format != Format::Auto);
-        wrong_if(are_apart, &["tracks.columns", "tracks"], message);
-        if let Some(columns) = &tracks.columns {
-            column_names::check(columns, discs, source);
-        }
-        camera.check(source);
-        let is_up = scale.y_axis.map(|axis| axis == YAxis::Up);
-        let readout = readout.zip(video.rows).zip(y_axis);
-        let unit = scale.length_unit.unwrap_or(Unit::M).metres();
-        let mut calibration = Calibration {
-            scale: unit.unwrap_or((scale.m_per_px.unwrap_or(1.0), 1.0)),
+        let is_measured = self.scale.m_per_px.is_some() || has_points;
+        self.from_balls = !self.discs && !is_measured && (self.scale.from.is_some() || is_px);
+        let map = (is_px && has_points).then(|| homography(&self.scale.point, is_up)).transpose();
+        let map = map.map_err(|message| source.wrong("scale.point.0", message)).ok().flatten();
+        self.notes.extend(map.iter().map(|(_, note)| format!("{}: {note}", source.path.display())));
+        let per_pixel = (self.scale.m_per_px.unwrap_or(1.0), 1.0);
+        self.calibration = Calibration {
+            scale: self.unit().unwrap_or(Unit::M).metres().unwrap_or(per_pixel),
             is_up: is_up.unwrap_or(true),
-            homography: None,
-            readout: readout.map(|((seconds, rows), axis)| ReadOut {
-                seconds,
-                rows,
-                is_up: axis == YAxis::Up,
-            }),
+            homography: map.map(|(map, _)| map),
+            readout: readout.map(|((seconds, rows), is_up)| ReadOut { seconds, rows, is_up }),
         };
-        let mut notes = Vec::new();
-        if is_px && has_points && scale.m_per_px.is_none() {
-            match calibration.set_homography(&scale.point, is_up) {
-                Ok(note) => notes.push(format!("{}: {note}", source.path.display())),
-                Err(message) => source.wrong("scale.point.0", message),
-            }
-        }
         let folder = source.path.parent().map(PathBuf::from).unwrap_or_default();
-        let shots = tracks.shots.as_ref().map(|shots| folder.join(shots));
-        let names = tracks.names(source);
-        TrackSettings { discs, names, calibration, from_balls, shots, notes, stated: self }
+        self.shots = self.tracks.shots.as_ref().map(|shots| folder.join(shots));
+        self.name(source);
+        self
     }
-}
 
-impl TracksSection {
-    /// Returns the names under the keys of [`NAMED`]; complains about those that stand twice.
-    fn names(&self, source: &Source) -> [Names; 4] {
-        let Self { cue, object, cue_markers, object_markers, .. } = self;
+    /// Sets the names under the keys of [`NAMED`]; complains about those that stand twice.
+    fn name(&mut self, source: &Source) {
+        let TracksSection { cue, object, cue_markers, object_markers, .. } = &self.tracks;
         let stated = [cue, object, cue_markers, object_markers];
         for (i, key) in NAMED.into_iter().enumerate() {
             let Some(names) = stated[i] else { continue };
@@ -336,6 +260,6 @@ impl TracksSection {
             }
         }
         let default = |i: usize| if i < 2 { Names::of([NAMED[i]]) } else { Names::default() };
-        [0, 1, 2, 3].map(|i| stated[i].clone().unwrap_or_else(|| default(i)))
+        self.names = [0, 1, 2, 3].map(|i| stated[i].clone().unwrap_or_else(|| default(i)));
     }
 }

@@ -10,7 +10,7 @@ use super::raw::RawShot;
 use super::settings::{NAMED, Names, TrackSettings};
 use crate::io::error::{Problems, did_you_mean};
 use crate::io::manifest::Assume;
-use crate::io::rows::{self, StatedSpin, labels_note};
+use crate::io::rows::{self, Numbers, StatedSpin, labels_note};
 use crate::io::table::Table;
 use crate::measurement::fault::POSITIVE;
 use crate::measurement::spin::Spin;
@@ -31,6 +31,7 @@ pub(crate) const KNOWN: [&str; 13] = [
     "object_markers",
     "capture_fps",
 ];
+
 /// Separator of several names of tracks in a cell.
 const BETWEEN: char = ';';
 
@@ -52,11 +53,10 @@ pub(super) struct ShotsTable<'a> {
     problems: &'a Problems,
     /// The rows by the names of shots, in the order of the file.
     rows: IndexMap<String, ShotRow>,
-    assume: Option<Assume>,
+    assumed: StatedSpin,
     pub(crate) labels: Vec<String>,
 }
 
-#[derive(Default)]
 struct ShotRow {
     line: usize,
     /// The reason, if the shot is to be skipped.
@@ -73,12 +73,13 @@ struct ShotRow {
 impl<'a> ShotsTable<'a> {
     pub(super) fn read(path: Option<&Path>, assume: Option<Assume>, problems: &'a Problems) -> Self {
         let table = path.and_then(|path| Table::read(path, problems));
-        let path = path.unwrap_or(Path::new("")).to_path_buf();
-        let mut all = Self { path, problems, rows: IndexMap::new(), assume, labels: Vec::new() };
+        let path = path.map(Path::to_path_buf).unwrap_or_default();
+        let assumed = StatedSpin::of(assume);
+        let mut all = Self { path, problems, rows: IndexMap::new(), assumed, labels: Vec::new() };
         let Some(table) = table else { return all };
-        rows::check_names(&table, &KNOWN, &["shot"]);
-        let spins = rows::stated_spins(&table, rows::OMEGA, assume).unwrap_or_default();
-        let rates = rows::values(&table, ("capture_fps", 1.0, POSITIVE)).unwrap_or_default();
+        rows::check_names(&table, &KNOWN, "shot");
+        let spins = rows::stated_spins(&table, rows::OMEGA, assume);
+        let numbers = Numbers::read(&table, [("capture_fps", 1.0, POSITIVE)]);
         let labels = table.names().filter(|name| !KNOWN.contains(name) && !name.ends_with("_sd"));
         all.labels = labels.map(str::to_string).collect();
         for row in 0..table.rows() {
@@ -90,12 +91,7 @@ impl<'a> ShotsTable<'a> {
                 file: table.text("file", row).map(str::to_string),
                 labels: rows::labels(&table, &KNOWN, row),
                 names: NAMED.map(|column| names(&table, row, column)),
-                capture_fps: rates
-                    .get(row)
-                    .copied()
-                    .flatten()
-                    .map(|rate| rate.value)
-                    .filter(|rate| *rate > 0.0),
+                capture_fps: numbers.at("capture_fps", row).map(|rate| rate.value).filter(|rate| *rate > 0.0),
             };
             if let Some(ShotRow { line, .. }) = all.rows.insert(shot.to_string(), read) {
                 let message = format!("\"{shot}\" also stands in line {line}; expected each shot once");
@@ -116,9 +112,7 @@ impl<'a> ShotsTable<'a> {
     /// Returns the statement about the spin of a shot; a wrong one was reported, and counts as that
     /// of dataset.toml.
     pub(super) fn spin(&self, shot: &str) -> StatedSpin {
-        let of_row = self.rows.get(shot).and_then(|row| row.spin);
-        let assumed = |assume: Assume| assume.spin().map_or(StatedSpin::Measured, StatedSpin::Is);
-        of_row.unwrap_or(self.assume.map_or(StatedSpin::Unstated, assumed))
+        self.rows.get(shot).and_then(|row| row.spin).unwrap_or(self.assumed)
     }
 
     /// Returns the facts of a shot; the spin is unknown if it is not stated, or until markers show
@@ -193,16 +187,16 @@ fn names(table: &Table, row: usize, column: &str) -> Option<Names> {
 }
 
 fn skip(table: &Table, row: usize) -> Option<String> {
-    let word = table.text("skip", row).unwrap_or("no");
+    let word = table.text("skip", row)?;
     match word.to_lowercase().as_str() {
         "true" | "1" | "yes" => {
-            return Some(table.text("note", row).unwrap_or("skip in the shots table").to_string());
+            Some(table.text("note", row).unwrap_or("skip in the shots table").to_string())
         }
-        "false" | "0" | "no" => {}
+        "false" | "0" | "no" => None,
         _ => {
             let message = format!("\"{word}\" is not true or false; expected true, false, 1, 0, yes or no");
             table.wrong(row, "skip", message);
+            None
         }
     }
-    None
 }

@@ -11,7 +11,7 @@ use super::heading::{Heading, Rows, TITLES, headings};
 use super::input::{Context, Notes};
 use super::raw::{RawShot, sorted, span};
 use super::read;
-use super::settings::Sections;
+use super::settings::TrackSettings;
 use super::time::followed;
 use super::units::Unit;
 use super::words::{BALLS, FRAMES, Kind, PERHAPS_BALLS, SHOTS, TIMES, beside, boxes, find, is_angle, pairs};
@@ -69,8 +69,9 @@ pub(crate) fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
 fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
     let problems = Problems::new("");
     let source = Source { path: file, text: "", problems: &problems };
-    let mut settings = Sections::default().check(guess.has_angles(), &source);
-    settings.stated.tracks.columns = guess.certain();
+    let settings = TrackSettings { discs: guess.has_angles(), ..TrackSettings::default() };
+    let mut settings = settings.checked(&source);
+    settings.tracks.columns = guess.certain();
     let notes = Notes::default();
     let context = Context { settings: &settings, problems: &problems, notes: &notes };
     let read = read::file(file, context, true);

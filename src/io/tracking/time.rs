@@ -31,7 +31,7 @@ pub(super) fn convert(
     settings: &TrackSettings,
     log: Log,
 ) -> Result<f64, String> {
-    let (clock, playback_fps) = (shot.clock, settings.stated.video.playback_fps);
+    let (clock, playback_fps) = (shot.clock, settings.video.playback_fps);
     if settings.has_unknown_rate() && (clock.unit != Some(TimeUnit::Frames) || clock.fps.is_some()) {
         let message = "[video] capture_fps is \"unknown\", but this file has times; expected frame numbers, or no capture_fps";
         return Err(message.to_string());
@@ -45,7 +45,7 @@ pub(super) fn convert(
     }
     let fps = fps.or(clock.fps);
     let rate = playback_fps.or(fps);
-    let stated_unit = settings.stated.tracks.time_unit.filter(|_| clock.rounding.is_none());
+    let stated_unit = settings.tracks.time_unit.filter(|_| clock.rounding.is_none());
     let unit = match clock.unit {
         Some(TimeUnit::Frames) => TimeUnit::Frames,
         Some(unit) => stated_unit.unwrap_or(unit),
