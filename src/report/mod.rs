@@ -1,10 +1,8 @@
-//! Outputs of a [`Fit`] for people and for programs. The report for people is made once, as a value
-//! (`content`), and rendered as text and HTML; programs read [`document`] and [`csv`]. Only `write`
-//! touches the disk.
+//! Outputs of a [`Fit`] for people and for programs. Programs read [`document`] and [`csv`];
+//! `templates` render documents as text and HTML for people. Only `write` touches the disk.
 
 pub(crate) mod accuracy;
 pub mod compare;
-pub(crate) mod content;
 pub mod csv;
 pub(crate) mod design;
 pub mod document;
@@ -14,6 +12,7 @@ pub mod fit;
 mod plot;
 mod shots;
 pub mod stored;
+mod templates;
 pub mod terminal;
 pub(crate) mod write;
 
@@ -47,6 +46,12 @@ impl ReportError {
 impl From<serde_json::Error> for ReportError {
     fn from(error: serde_json::Error) -> Self {
         Self(format!("the result cannot be written as JSON: {error}"))
+    }
+}
+
+impl From<minijinja::Error> for ReportError {
+    fn from(error: minijinja::Error) -> Self {
+        Self(format!("the report cannot be rendered: {error:#}"))
     }
 }
 

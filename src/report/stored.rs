@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use glob::Pattern;
 
-use super::content::Table;
 use super::document::FitDocument;
+use super::templates::Table;
 use super::title;
 use crate::fit::Fit;
 
@@ -123,6 +123,6 @@ impl Stored {
 
 /// Returns what moved as text.
 pub(crate) fn table(moved: &[Moved]) -> String {
-    let rows = moved.iter().map(|row| row.to_vec());
+    let rows = moved.iter().map(|row| row.to_vec()).collect();
     Table::new(["data set", "what", "baseline", "now", "moved by"], rows).text("  ")
 }

@@ -1,8 +1,8 @@
 //! The screen that `caromfit fit` prints: a line per data set with its verdict, those that can be
 //! used first; for a single fit also the sources of its errors, and what else to know.
 
-use super::content::Table;
 use super::plot::ends;
+use super::templates::Table;
 use super::{budgets, chi2_words, label, symbol};
 use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
 use crate::measurement::number::{plain, with_error, with_interval};
@@ -127,7 +127,7 @@ fn details(fit: &Fit) -> String {
     let mut text = String::new();
     if verdict.grade != Grade::Unusable {
         // the camera's unknowns, of which there are many, stand in the report
-        text += &format!("\n{}", unknowns(fit, |id| id < Id::Scale).text(""));
+        text += &format!("\n{}", Table::new(UNKNOWN_COLUMNS, unknowns(fit, |id| id < Id::Scale)).text(""));
     }
     text += &format!("{}\n", chi2_words(fit));
     let others = fit.warnings().into_iter().filter(|warning| *warning != verdict.sentence);
@@ -135,9 +135,13 @@ fn details(fit: &Fit) -> String {
     text
 }
 
+/// The columns of [`unknowns`].
+pub(super) const UNKNOWN_COLUMNS: [&str; 5] =
+    ["", "estimate", "error", "prior pull", "largest part of the error"];
+
 /// Returns what all shots share with its errors, the pulls of priors in their standard deviations,
 /// and the largest parts of the errors.
-pub(super) fn unknowns(fit: &Fit, is_shown: impl Fn(Id) -> bool) -> Table {
+pub(super) fn unknowns(fit: &Fit, is_shown: impl Fn(Id) -> bool) -> Vec<Vec<String>> {
     let budgets = budgets(fit);
     let row = |unknown: &problem::Estimate| {
         let error = unknown.std_error.filter(|error| *error > 0.0)?;
@@ -152,8 +156,7 @@ pub(super) fn unknowns(fit: &Fit, is_shown: impl Fn(Id) -> bool) -> Table {
             largest.map_or(String::new(), |(source, error)| format!("{source}, ± {}", plain(*error, 2))),
         ])
     };
-    let rows = fit.unknowns.iter().filter(|unknown| is_shown(unknown.id)).filter_map(row);
-    Table::new(["", "estimate", "error", "prior pull", "largest part of the error"], rows)
+    fit.unknowns.iter().filter(|unknown| is_shown(unknown.id)).filter_map(row).collect()
 }
 
 /// Returns the parameters that have a column: those of some fit, without the ratios of the balls,

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use super::{ReportError, content, csv, document, fit, label, plot};
+use super::{ReportError, csv, document, fit, label, plot};
 use crate::fit::Fit;
 
 /// Returns the folder of all fits of one data set below `out`.
@@ -27,8 +27,7 @@ pub fn write(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
         rendered.push(of_fit(fit, &own)?);
     }
     if fits.iter().any(|fit| fit.group.is_some()) {
-        let page = content::html(&fit::of_labels(fits, &names))?;
-        rendered.push(Staged::new(&folder)?.add(REPORT, page)?);
+        rendered.push(Staged::new(&folder)?.add(REPORT, fit::page_of_labels(fits, &names)?)?);
     }
     rendered.into_iter().try_for_each(Staged::put_report)
 }

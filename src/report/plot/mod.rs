@@ -8,6 +8,10 @@ mod render;
 mod residuals;
 
 use plotters::prelude::RGBColor;
+use serde::{Serialize, Serializer};
+use serde_json::json;
+
+use super::templates::for_script;
 
 pub(super) use axis::ends;
 use axis::{Axis, Scale};
@@ -52,7 +56,7 @@ pub(super) struct Figure {
     /// The name of each series.
     series: Vec<String>,
     /// The meaning of the points.
-    pub(super) labels: Vec<Label>,
+    labels: Vec<Label>,
     pub(super) rows: Vec<(u32, Vec<Panel>)>,
 }
 
@@ -74,8 +78,21 @@ impl Figure {
     }
 }
 
+/// As SVG, with its measured points as JSON; without panels without both.
+impl Serialize for Figure {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if self.rows.is_empty() {
+            return serializer.serialize_none();
+        }
+        let (svg, spots) = self.svg().map_err(serde::ser::Error::custom)?;
+        let spots =
+            (!spots.is_empty()).then(|| for_script(&json!({ "spots": spots, "labels": self.labels })));
+        json!({ "svg": svg, "spots": spots }).serialize(serializer)
+    }
+}
+
 /// The meaning of a measured point: its shot, and the quantity with its residual.
-#[derive(Clone, Debug, serde::Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub(super) struct Label {
     shot: String,
     words: String,
