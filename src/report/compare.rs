@@ -45,38 +45,15 @@ fn page(comparison: &Comparison) -> Result<String, ReportError> {
 
 fn content(comparison: &Comparison) -> Values {
     let document = CompareDocument::new(comparison);
-    let method = if comparison.is_filmed {
-        "all frames of all data sets at once; residuals are those of the velocities after the impacts"
-    } else {
-        "the measured numbers of all data sets at once"
-    };
-    let used: usize = document.samples.iter().map(|sample| sample.shots_used).sum();
     let chi2 = chi2_of(document.counted, document.chi2, document.dof, document.noise_estimated);
-    let facts = [
-        ("model", document.fidelity.to_owned()),
-        ("method", method.to_owned()),
-        ("shots", used.to_string()),
-        ("fit", chi2),
-    ];
-    let sentence = &document.verdict.sentence;
-    let warnings: Vec<&String> =
-        document.warnings.iter().filter(|warning| !sentence.ends_with(*warning)).collect();
-    let symbols = comparison.quantities.iter().map(|compared| compared.quantity.symbol());
-    let columns = [document.told_by.as_str(), "shots"].into_iter().chain(symbols);
     let row = |label: &String| {
         let own = document.samples.iter().filter(|sample| sample.label == *label);
         let shots: usize = own.map(|sample| sample.shots_used).sum();
         let cells = document.parameters.iter().map(|one| cell(one, label, comparison.is_refuted()));
         [label.clone(), shots.to_string()].into_iter().chain(cells).collect::<Vec<_>>()
     };
-    context! {
-        title => format!("Comparison by {}", document.told_by),
-        facts => Serde(facts),
-        warnings => Serde(warnings),
-        columns => Serde(columns.collect::<Vec<_>>()),
-        estimates => document.labels.iter().map(row).collect::<Vec<_>>(),
-        ..Serde(&document)
-    }
+    let estimates: Vec<_> = document.labels.iter().map(row).collect();
+    context! { chi2, estimates, ..Serde(&document) }
 }
 
 fn cell(parameter: &ComparedParameter, label: &String, is_refuted: bool) -> String {

@@ -25,21 +25,19 @@ pub(crate) struct Exported {
 /// Why it is not known: the data refute the model, do not determine it, or give a bound only.
 fn value(fit: &FitDocument, parameter: Parameter) -> Result<f64, String> {
     let found = fit.parameters.get(parameter.name()).filter(|found| found.status != "not-identified");
-    let Some(found) = found else { return Err("the data do not determine it".to_owned()) };
-    let bound = match (found.status.as_str(), found.plateau) {
+    let found = found.ok_or("the data do not determine it")?;
+    let (sign, bound, why) = match (found.status.as_str(), found.plateau) {
         ("fixed", _) => return Ok(found.estimate),
         _ if fit.refuted().is_some() => {
             return Err("the data refute the model that it belongs to".to_owned());
         }
-        ("free", Some([edge, end])) if end >= edge => Some(("≥ ", edge, "every larger value fits equally")),
-        ("free", Some([edge, _])) => Some(("≤ ", edge, "every smaller value fits equally")),
-        ("free", None) => None,
-        _ => Some(("", found.estimate, "the fit ended at an end of its range")),
+        ("free", None) => return Ok(found.estimate),
+        ("free", Some([edge, end])) if end >= edge => ("≥ ", edge, "every larger value fits equally"),
+        ("free", Some([edge, _])) => ("≤ ", edge, "every smaller value fits equally"),
+        _ => ("", found.estimate, "the fit ended at an end of its range"),
     };
-    bound.map_or(Ok(found.estimate), |(sign, bound, why)| {
-        let (symbol, number) = (parameter.symbol(), plain(bound, 3));
-        Err(format!("{symbol} {sign}{number}: {why}, which is a bound and not a value"))
-    })
+    let (symbol, number) = (parameter.symbol(), plain(bound, 3));
+    Err(format!("{symbol} {sign}{number}: {why}, which is a bound and not a value"))
 }
 
 /// Returns pooltool's arguments. A parameter that the data do not determine is left out.

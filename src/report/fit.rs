@@ -7,7 +7,7 @@ use super::document::FitDocument;
 use super::shots::{shot_list, tracks};
 use super::templates::{self, FIT, FITS};
 use super::terminal::{UNKNOWN_COLUMNS, cells, estimate, parameters, table, unknowns, with_unit};
-use super::{Budget, ReportError, bodies, budgets, chi2_words, model, plot, symbol, title};
+use super::{Budget, ReportError, bodies, budgets, chi2_words, plot, symbol, title};
 use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
 use crate::measurement::number::{interval, plain};
 
@@ -50,46 +50,27 @@ pub(super) fn page_of_labels(fits: &[Fit], folders: &[String]) -> Result<String,
 fn of_several(fits: &[Fit]) -> Values {
     let known = parameters(fits);
     let (estimates, legend) = table(fits.iter().map(|fit| cells(fit, &known)).collect(), &known);
-    let warnings = fits
-        .iter()
-        .flat_map(|fit| fit.warnings().into_iter().map(move |warning| format!("{}: {warning}", title(fit))));
-    let budget = fits
-        .iter()
-        .flat_map(|fit| budget(fit).into_iter().map(move |row| [vec![title(fit)], row.to_vec()].concat()));
-    context! {
-        estimates => Serde(estimates),
-        legend,
-        warnings => warnings.collect::<Vec<_>>(),
-        budget => budget.collect::<Vec<_>>(),
-    }
+    let of_fit = |fit: &Fit| {
+        fit.warnings().into_iter().map(|warning| format!("{}: {warning}", title(fit))).collect::<Vec<_>>()
+    };
+    let warnings: Vec<String> = fits.iter().flat_map(of_fit).collect();
+    let budget: Vec<_> = fits.iter().flat_map(budget).collect();
+    context! { legend, warnings, estimates => Serde(estimates), budget => Serde(budget) }
 }
 
 fn of_fit(fit: &Fit) -> Values {
     let document = FitDocument::new(fit);
-    let verdict = fit.verdict();
-    let (kind, sizes) = bodies(fit);
-    let shots = format!("{} used, {} not used", fit.shots_used, fit.shots_rejected.len());
-    let facts = [
-        ("source", fit.source.clone().unwrap_or_default()),
-        ("cloth", fit.cloth.clone().unwrap_or_default()),
-        (kind, sizes),
-        ("method", fit.method_name().to_owned()),
-        ("model", model(fit)),
-        ("search", fit.termination.clone()),
-        ("shots", shots),
-    ];
-    let warnings = fit.warnings().into_iter().filter(|warning| *warning != verdict.sentence);
-    let is_usable = verdict.grade != Grade::Unusable;
+    let is_usable = fit.verdict().grade != Grade::Unusable;
     context! {
         title => title(fit),
-        facts => Serde(facts),
-        warnings => Serde(warnings.collect::<Vec<_>>()),
+        bodies => Serde(bodies(fit)),
+        warnings => Serde(fit.warnings()),
         notes => Serde(fit.notes()),
         is_filmed => fit.frames.is_some(),
         chi2 => chi2_words(fit),
         parameters => fit.estimates.iter().map(|own| parameter(fit, own)).collect::<Vec<_>>(),
         correlations => correlations(&document),
-        budget => Serde(budget(fit)),
+        budget => budget(fit).iter().map(|row| row[1..].to_vec()).collect::<Vec<_>>(),
         unknowns => if is_usable { unknowns(fit, |_| true) } else { Vec::new() },
         unknown_columns => UNKNOWN_COLUMNS.to_vec(),
         fit => Serde(document),
@@ -122,13 +103,15 @@ fn correlations(document: &FitDocument) -> Vec<String> {
     pairs
 }
 
-/// Returns what makes up the errors of μ, μ_s and e, the largest part first.
-fn budget(fit: &Fit) -> Vec<[String; 3]> {
-    let is_usable = fit.verdict().grade != Grade::Unusable;
+/// Returns the name of a fit, a parameter, its error and the parts of that, the largest first, for
+/// each of μ, μ_s and e.
+fn budget(fit: &Fit) -> Vec<[String; 4]> {
     let row = |budget: Budget| {
         let parts = budget.parts.iter().map(|(source, error)| format!("{source} {}", plain(*error, 2)));
         let parts = parts.collect::<Vec<_>>().join(", ");
-        [symbol(budget.of.name()).to_owned(), format!("± {}", plain(budget.std_error, 2)), parts]
+        let error = format!("± {}", plain(budget.std_error, 2));
+        [title(fit), symbol(budget.of.name()).to_owned(), error, parts]
     };
-    budgets(fit).into_iter().filter(|_| is_usable).map(row).collect()
+    let usable = Some(fit).filter(|fit| fit.verdict().grade != Grade::Unusable);
+    usable.map_or_else(Vec::new, budgets).into_iter().map(row).collect()
 }

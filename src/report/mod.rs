@@ -37,11 +37,7 @@ use crate::problem::{self, Id};
 #[error("{0}")]
 pub struct ReportError(String);
 
-impl ReportError {
-    fn of_drawing(title: &str, reason: impl std::fmt::Display) -> Self {
-        Self(format!("the report of {title} cannot be drawn: {reason}"))
-    }
-}
+impl ReportError {}
 
 impl From<serde_json::Error> for ReportError {
     fn from(error: serde_json::Error) -> Self {
@@ -61,17 +57,6 @@ pub(crate) fn title(fit: &Fit) -> String {
         Some((column, label)) => format!("{}, {column} = {label}", fit.dataset),
         None => fit.dataset.clone(),
     }
-}
-
-/// Returns the label that was fitted separately; empty for a whole data set.
-fn label(fit: &Fit) -> String {
-    fit.group.as_ref().map_or_else(String::new, |(_, label)| label.clone())
-}
-
-/// Returns the collision model and the effects that it contains: `full (friction, cloth)`.
-fn model(fit: &Fit) -> String {
-    let effects = fit.effects.iter().filter(|(_, is_on)| *is_on).map(|(effect, _)| *effect);
-    format!("{} ({})", fit.fidelity, effects.collect::<Vec<_>>().join(", "))
 }
 
 /// Returns what a reader calls the bodies that collided, and their size and mass.
@@ -108,11 +93,6 @@ fn size(body: &Body) -> String {
 fn p_text(p: f64) -> String {
     const LEAST_P: f64 = 1e-4;
     if p < LEAST_P { format!("p < {LEAST_P}") } else { format!("p = {}", plain(p, 2)) }
-}
-
-/// Returns χ² per degree of freedom; `None` without degrees of freedom.
-fn reduced_chi2(fit: &Fit) -> Option<f64> {
-    (fit.dof > 0).then(|| fit.chi2 / fit.dof as f64)
 }
 
 /// Returns χ² per degree of freedom, what it counts, and whether the noise of some observable was
@@ -155,13 +135,12 @@ struct Budget {
 }
 
 fn budgets(fit: &Fit) -> Vec<Budget> {
-    const LEAST_PART: f64 = 0.1;
     let budget = |found: &problem::Budget| {
         let parts = document::budget(found).into_iter();
-        let mut parts: Vec<_> =
-            parts.filter_map(|part| Some((symbol(&part.source).to_owned(), part.std_error?))).collect();
+        let parts = parts.filter_map(|part| Some((symbol(&part.source).to_owned(), part.std_error?)));
+        let mut parts: Vec<_> = parts.collect();
         let std_error = parts.iter().map(|(_, error)| error.powi(2)).sum::<f64>().sqrt();
-        parts.retain(|(_, error)| *error >= LEAST_PART * std_error);
+        parts.retain(|(_, error)| *error >= 0.1 * std_error);
         Budget { of: found.id, std_error, parts }
     };
     fit.budget.iter().map(budget).collect()

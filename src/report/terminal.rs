@@ -3,7 +3,7 @@
 
 use super::plot::ends;
 use super::templates::Table;
-use super::{budgets, chi2_words, label, symbol};
+use super::{budgets, chi2_words, symbol};
 use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
 use crate::measurement::number::{plain, with_error, with_interval};
 use crate::measurement::parameter::Parameter;
@@ -23,20 +23,20 @@ pub fn overview(fits: &[Fit]) -> String {
         return String::new();
     }
     let known = parameters(fits);
-    let of_dataset =
+    let is_same =
         |one: &Fit, next: &Fit| one.group.is_some() && next.group.is_some() && one.dataset == next.dataset;
-    let mut lines: Vec<Line> = fits.chunk_by(of_dataset).map(|fits| line(fits, &known)).collect();
+    let mut lines: Vec<Line> = fits.chunk_by(is_same).map(|fits| line(fits, &known)).collect();
     lines.sort_by_key(|line| line.grade);
     if let ([line], [fit]) = (lines.as_mut_slice(), fits) {
         line.below.get_or_insert(fit.verdict().sentence);
     }
-    let (table, legend) = table(lines.iter().map(|line| line.cells.clone()).collect(), &known);
-    // the head has no such cell
-    let below = std::iter::once(&None).chain(lines.iter().map(|line| &line.below));
+    let (cells, below): (Vec<_>, Vec<_>) = lines.into_iter().map(|line| (line.cells, line.below)).unzip();
+    let (table, legend) = table(cells, &known);
     let mut text = String::new();
-    for (row, below) in table.text("").lines().zip(below) {
+    // the head has no sentence
+    for (row, below) in table.text("").lines().zip([None].into_iter().chain(below)) {
         text += &format!("{row}\n");
-        text.extend(below.iter().map(|sentence| format!("    {sentence}\n")));
+        text.extend(below.map(|sentence| format!("    {sentence}\n")));
     }
     if !legend.is_empty() {
         text += &format!("\n{}\n", legend.join("\n"));
@@ -74,50 +74,49 @@ pub(super) fn table(rows: Vec<Vec<String>>, known: &[Parameter]) -> (Table, Vec<
 /// Returns the name of a fit, its shots, its estimates, which only a verdict that it can be used
 /// lets stand, and that verdict.
 pub(super) fn cells(fit: &Fit, known: &[Parameter]) -> Vec<String> {
-    let name =
-        fit.group.as_ref().map_or(fit.dataset.clone(), |(_, label)| format!("{} / {label}", fit.dataset));
+    let name = fit.label().map_or(fit.dataset.clone(), |label| format!("{} / {label}", fit.dataset));
     let shots = match fit.shots_rejected.len() {
         0 => fit.shots_used.to_string(),
         rejected => format!("{} of {}", fit.shots_used, fit.shots_used + rejected),
     };
     let grade = fit.verdict().grade;
-    let cell = |parameter: &Parameter| {
+    let mut cells = vec![name, shots];
+    cells.extend(known.iter().map(|parameter| {
         let own = fit.get(*parameter).filter(|_| grade != Grade::Unusable);
         own.map_or("–".to_owned(), |own| estimate(fit, own))
-    };
-    let cells = [name, shots].into_iter().chain(known.iter().map(cell));
-    cells.chain([grade.name().to_owned()]).collect()
+    }));
+    cells.push(grade.name().to_owned());
+    cells
 }
 
 /// Returns the line of a data set; of one whose labels are fitted separately with the range of each
 /// parameter over those that can be used.
 fn line(fits: &[Fit], known: &[Parameter]) -> Line {
-    let verdicts: Vec<Verdict> = fits.iter().map(Fit::verdict).collect();
-    let grade = verdicts.iter().map(|own| own.grade).min().unwrap_or(Grade::Good);
-    let bad = fits.iter().zip(&verdicts).find(|(_, own)| own.grade != Grade::Good);
+    let mut verdicts: Vec<(&Fit, Verdict)> = fits.iter().map(|fit| (fit, fit.verdict())).collect();
+    let grade = verdicts.iter().map(|(_, own)| own.grade).min().unwrap_or(Grade::Good);
+    let bad = verdicts.iter().find(|(_, own)| own.grade != Grade::Good);
     if let [fit] = fits {
         return Line { grade, cells: cells(fit, known), below: bad.map(|(_, own)| own.sentence.clone()) };
     }
-    let range = |parameter: &Parameter| {
-        let usable = fits.iter().zip(&verdicts).filter(|(_, own)| own.grade != Grade::Unusable);
-        let estimates = usable.filter_map(|(fit, _)| fit.get(*parameter));
-        let [low, high] =
-            ends(estimates.filter(|own| own.status != Status::NotIdentified).map(|own| own.value));
-        match [low, high].map(|end| plain(end, 3)) {
-            _ if low > high => "–".to_owned(),
-            [low, high] if low == high => low,
-            [low, high] => format!("{low} to {high}"),
-        }
-    };
+    let below = bad.map(|(fit, own)| format!("{}: {}", fit.label().unwrap_or_default(), own.sentence));
     let count = |grade: Grade| {
-        let count = verdicts.iter().filter(|own| own.grade == grade).count();
+        let count = verdicts.iter().filter(|(_, own)| own.grade == grade).count();
         (count > 0).then(|| format!("{count} {}", grade.name()))
     };
+    let counts: Vec<String> = Grade::ALL.into_iter().filter_map(count).collect();
     let used: usize = fits.iter().map(|fit| fit.shots_used).sum();
     let mut cells = vec![format!("{} ({} labels)", fits[0].dataset, fits.len()), used.to_string()];
-    cells.extend(known.iter().map(range));
-    cells.push(Grade::ALL.into_iter().filter_map(count).collect::<Vec<_>>().join(", "));
-    Line { grade, cells, below: bad.map(|(fit, own)| format!("{}: {}", label(fit), own.sentence)) }
+    verdicts.retain(|(_, own)| own.grade != Grade::Unusable);
+    cells.extend(known.iter().map(|parameter| {
+        let estimates = verdicts.iter().filter_map(|(fit, _)| fit.get(*parameter));
+        let identified = estimates.filter(|own| own.status != Status::NotIdentified);
+        let [low, high] = ends(identified.map(|own| own.value));
+        let mut texts = [low, high].map(|end| plain(end, 3)).to_vec();
+        texts.dedup();
+        if low > high { "–".to_owned() } else { texts.join(" to ") }
+    }));
+    cells.push(counts.join(", "));
+    Line { grade, cells, below }
 }
 
 /// Returns the sources of the errors of a fit, its χ², and its first warnings; `--all` shows all.
@@ -189,12 +188,13 @@ pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
     if let Some(interval) = estimate.lopsided().filter(|_| estimate.status == Status::Free) {
         return with_interval(estimate.value, interval);
     }
-    match (estimate.status, estimate.std_error) {
-        (Status::Free, Some(error)) if error.is_finite() => with_error(estimate.value, error),
-        (Status::Free, _) => format!("{value} (no error)"),
-        (Status::Fixed, _) => format!("{value} (fixed)"),
-        (Status::AtLowerBound, _) => format!("{value} (at lower bound)"),
-        (Status::AtUpperBound, _) => format!("{value} (at upper bound)"),
-        (Status::NotIdentified, _) => "–".to_owned(),
-    }
+    let mark = match (estimate.status, estimate.std_error) {
+        (Status::Free, Some(error)) if error.is_finite() => return with_error(estimate.value, error),
+        (Status::Free, _) => "no error",
+        (Status::Fixed, _) => "fixed",
+        (Status::AtLowerBound, _) => "at lower bound",
+        (Status::AtUpperBound, _) => "at upper bound",
+        (Status::NotIdentified, _) => return "–".to_owned(),
+    };
+    format!("{value} ({mark})")
 }
