@@ -8,7 +8,7 @@ use minijinja::value::Serde;
 use super::document::{self, DesignDocument};
 use super::templates::{self, DESIGN};
 use super::write::Staged;
-use super::{ReportError, plot, two_balls};
+use super::{ReportError, plot};
 use crate::design::Design;
 
 /// Writes design.json and the figure of a design.
@@ -20,7 +20,6 @@ pub(crate) fn write(design: &Design, out: &Path) -> Result<(), ReportError> {
 
 /// Returns the text that `caromfit design` prints.
 pub(crate) fn text(design: &Design) -> String {
-    let document = DesignDocument::new(design);
-    let balls = document.object.as_ref().map(|object| two_balls(&document.ball, object));
-    templates::text(DESIGN, context! { balls, camera => Serde(design.expected.camera), ..Serde(document) })
+    let document = Serde(DesignDocument::new(design));
+    templates::text(DESIGN, context! { camera => Serde(design.expected.camera), ..document })
 }

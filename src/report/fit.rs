@@ -6,8 +6,8 @@ use minijinja::{Value as Values, context};
 use super::document::FitDocument;
 use super::shots::{shot_list, tracks};
 use super::templates::{self, FIT, FITS};
-use super::terminal::{UNKNOWN_COLUMNS, cells, estimate, parameters, table, unknowns, with_unit};
-use super::{Budget, ReportError, bodies, budgets, chi2_words, plot, symbol, title};
+use super::terminal::{UNKNOWN_COLUMNS, cells, estimate, parameters, rare, table, unknowns, with_unit};
+use super::{Budget, ReportError, budgets, chi2_words, plot, symbol, title};
 use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
 use crate::measurement::number::{interval, plain};
 
@@ -49,13 +49,13 @@ pub(super) fn page_of_labels(fits: &[Fit], folders: &[String]) -> Result<String,
 
 fn of_several(fits: &[Fit]) -> Values {
     let known = parameters(fits);
-    let (estimates, legend) = table(fits.iter().map(|fit| cells(fit, &known)).collect(), &known);
+    let estimates = table(fits.iter().map(|fit| cells(fit, &known)).collect(), &known);
     let of_fit = |fit: &Fit| {
         fit.warnings().into_iter().map(|warning| format!("{}: {warning}", title(fit))).collect::<Vec<_>>()
     };
     let warnings: Vec<String> = fits.iter().flat_map(of_fit).collect();
     let budget: Vec<_> = fits.iter().flat_map(budget).collect();
-    context! { legend, warnings, estimates => Serde(estimates), budget => Serde(budget) }
+    context! { warnings, rare => rare(&known), estimates => Serde(estimates), budget => Serde(budget) }
 }
 
 fn of_fit(fit: &Fit) -> Values {
@@ -63,7 +63,7 @@ fn of_fit(fit: &Fit) -> Values {
     let is_usable = fit.verdict().grade != Grade::Unusable;
     context! {
         title => title(fit),
-        bodies => Serde(bodies(fit)),
+        is_size_stated => fit.discs.map(|discs| discs.radii.is_some()),
         warnings => Serde(fit.warnings()),
         notes => Serde(fit.notes()),
         is_filmed => fit.frames.is_some(),

@@ -12,7 +12,7 @@ pub mod fit;
 mod plot;
 mod shots;
 pub mod stored;
-mod templates;
+pub(crate) mod templates;
 pub mod terminal;
 pub(crate) mod write;
 
@@ -20,15 +20,10 @@ pub(crate) mod write;
 pub(crate) use write::fit_folder;
 pub use write::{folder_name, group_folders, write};
 
-use document::Body;
-
 use crate::fit::{Counted, Fit};
-#[cfg(feature = "cli")]
-pub(crate) use crate::measurement::number::count_of;
-use crate::measurement::number::{plain, with_error};
+use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
-use crate::physics::ball::UNIFORM_SPHERE;
-use crate::physics::disc::{Discs, UNIFORM_DISC};
+use crate::physics::disc::Discs;
 use crate::problem::{self, Id};
 
 /// Why a report cannot be made: a file that cannot be written, or a figure, a page or a JSON
@@ -57,36 +52,6 @@ pub(crate) fn title(fit: &Fit) -> String {
         Some((column, label)) => format!("{}, {column} = {label}", fit.dataset),
         None => fit.dataset.clone(),
     }
-}
-
-/// Returns what a reader calls the bodies that collided, and their size and mass.
-fn bodies(fit: &Fit) -> (&'static str, String) {
-    let [first, second] = [0, 1].map(|which| document::body(fit, which));
-    match fit.discs {
-        Some(discs) if discs.radii.is_none() => {
-            ("discs", format!("radii not stated (half the distance of the centres: {})", size(&first)))
-        }
-        Some(_) => ("discs", format!("first: {}; second: {}", size(&first), size(&second))),
-        None if fit.object.is_none() => ("balls", size(&first)),
-        None => ("balls", two_balls(&first, &second)),
-    }
-}
-
-fn two_balls(cue: &Body, object: &Body) -> String {
-    format!("cue ball: {}; object ball: {}", size(cue), size(object))
-}
-
-/// Returns radius and mass of a body in words, with the errors that are stated, and a moment of
-/// inertia that is not a uniform ball's.
-fn size(body: &Body) -> String {
-    let milli = |value: f64, sd: Option<f64>, digits: usize| match sd {
-        Some(sd) => with_error(1e3 * value, 1e3 * sd),
-        None => plain(1e3 * value, digits),
-    };
-    let mass = body.mass_kg.map(|mass| format!(", mass {} g", milli(mass, body.mass_kg_sd, 4)));
-    let is_usual = [UNIFORM_SPHERE, UNIFORM_DISC].contains(&body.inertia);
-    let inertia = if is_usual { String::new() } else { format!(", inertia {} MR²", plain(body.inertia, 4)) };
-    format!("radius {} mm{}{inertia}", milli(body.radius_m, body.radius_m_sd, 5), mass.unwrap_or_default())
 }
 
 /// Returns `p = 0.013`; small probabilities are not distinguished.

@@ -12,10 +12,20 @@ use crate::measurement::number::{count_of, interval, plain, with_error};
 
 /// The templates of reports.
 pub(super) const FIT: &str = include_str!("templates/fit.jinja");
+pub(super) const OVERVIEW: &str = include_str!("templates/overview.jinja");
+pub(super) const EXPORT: &str = include_str!("templates/export.jinja");
 pub(super) const FITS: &str = include_str!("templates/fits.jinja");
 pub(super) const COMPARE: &str = include_str!("templates/compare.jinja");
 pub(super) const DESIGN: &str = include_str!("templates/design.jinja");
-pub(super) const ACCURACY: &str = include_str!("templates/accuracy.jinja");
+pub(crate) const ACCURACY: &str = include_str!("templates/accuracy.jinja");
+pub(crate) const CHECK: &str = include_str!("templates/check.jinja");
+pub(crate) const COLLIDE: &str = include_str!("templates/collide.jinja");
+pub(crate) const EXTRACT: &str = include_str!("templates/extract.jinja");
+
+/// Returns a document as text.
+pub(crate) fn text_of(report: &str, document: &impl Serialize) -> String {
+    text(report, context! { document => Serde(document) })
+}
 
 /// Returns a report as text, without its pictures.
 pub(super) fn text(report: &str, values: Values) -> String {
@@ -48,10 +58,16 @@ fn rendered(report: &str, macros: &str, escape: AutoEscape, values: Values) -> R
     environment
         .add_filter("interval", |ends: Vec<f64>, error: Option<f64>| interval([ends[0], ends[1]], error));
     environment.add_filter("p", p_text);
-    environment.add_filter("count", |count: usize, what: &str| count_of(count, what));
-    environment.add_filter("fixed", |value: f64, digits: usize| format!("{value:.digits$}"));
+    environment.add_filter("count_of", |count: usize, what: &str| count_of(count, what));
+    // a number that rounds to 0 has no sign
+    environment.add_filter("fixed", |value: f64, digits: i32| {
+        let unit = 10_f64.powi(digits);
+        format!("{:.*}", digits as usize, (value * unit).round() / unit + 0.0)
+    });
+    environment.add_filter("direction", |velocity: Vec<f64>| velocity[1].atan2(velocity[0]).to_degrees());
     environment.add_filter("signed", |value: f64, digits: usize| format!("{value:+.digits$}"));
-    Ok(environment.render_str(&macros.replace("{{ content }}", report), values)?)
+    let report = include_str!("templates/words.jinja").to_owned() + report;
+    Ok(environment.render_str(&macros.replace("{{ content }}", &report), values)?)
 }
 
 /// Rows of as many cells as the head has.

@@ -1,8 +1,11 @@
 //! The screen that `caromfit fit` prints: a line per data set with its verdict, those that can be
 //! used first; for a single fit also the sources of its errors, and what else to know.
 
+use minijinja::value::Serde;
+use minijinja::{Value as Values, context};
+
 use super::plot::ends;
-use super::templates::Table;
+use super::templates::{self, OVERVIEW, Table};
 use super::{budgets, chi2_words, symbol};
 use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
 use crate::measurement::number::{plain, with_error, with_interval};
@@ -31,44 +34,30 @@ pub fn overview(fits: &[Fit]) -> String {
         line.below.get_or_insert(fit.verdict().sentence);
     }
     let (cells, below): (Vec<_>, Vec<_>) = lines.into_iter().map(|line| (line.cells, line.below)).unzip();
-    let (table, legend) = table(cells, &known);
-    let mut text = String::new();
+    let estimates = table(cells, &known);
+    let text = estimates.text("");
     // the head has no sentence
-    for (row, below) in table.text("").lines().zip([None].into_iter().chain(below)) {
-        text += &format!("{row}\n");
-        text.extend(below.map(|sentence| format!("    {sentence}\n")));
-    }
-    if !legend.is_empty() {
-        text += &format!("\n{}\n", legend.join("\n"));
-    }
-    if let [fit] = fits {
-        text += &details(fit);
-    }
-    text
+    let lines: Vec<_> = text.lines().zip([None].into_iter().chain(below)).collect();
+    let lines_of_table = Serde(lines);
+    let of_one = if let [fit] = fits { details(fit) } else { Values::UNDEFINED };
+    let estimates = Serde(estimates);
+    templates::text(OVERVIEW, context! { lines_of_table, estimates, rare => rare(&known), ..of_one })
 }
 
-/// Returns a table of fits, and what its marks and symbols mean, as far as it has them.
-pub(super) fn table(rows: Vec<Vec<String>>, known: &[Parameter]) -> (Table, Vec<String>) {
-    const MARKS: [(&str, &str); 6] = [
-        ("±", "±: one standard error"),
-        ("[", "[…]: the 95 % interval, if it is far from ± two standard errors"),
-        ("≥", "≥: every larger value fits equally"),
-        ("≤", "≤: every smaller value fits equally"),
-        ("–", "–: not determined by these shots, or, if the verdict is unusable, no number to use"),
-        ("no error", "no error: the data do not determine one"),
-    ];
-    let has = |mark: &str| rows.iter().any(|row| row.iter().skip(2).any(|cell| cell.contains(mark)));
-    let marks: Vec<&str> = MARKS.into_iter().filter(|(mark, _)| has(mark)).map(|(_, words)| words).collect();
-    let marks = (!marks.is_empty()).then(|| marks.join("; "));
-    let rare = known.iter().filter(|parameter| !Parameter::COEFFICIENTS.contains(parameter));
-    let rare = rare.map(|parameter| format!("{}: {}", parameter.symbol(), parameter.meaning()));
-    let legend = marks.into_iter().chain(rare).collect();
+/// Returns a table of fits.
+pub(super) fn table(rows: Vec<Vec<String>>, known: &[Parameter]) -> Table {
     let symbols = known.iter().map(|parameter| match parameter.unit() {
         "" => parameter.symbol().to_owned(),
         unit => format!("{}, {unit}", parameter.symbol()),
     });
     let head = ["data set", "shots"].map(str::to_owned).into_iter().chain(symbols);
-    (Table::new(head.chain(["verdict".to_owned()]), rows), legend)
+    Table::new(head.chain(["verdict".to_owned()]), rows)
+}
+
+/// Returns the meaning of parameters that few fits have.
+pub(super) fn rare(known: &[Parameter]) -> Vec<String> {
+    let rare = known.iter().filter(|parameter| !Parameter::COEFFICIENTS.contains(parameter));
+    rare.map(|parameter| format!("{}: {}", parameter.symbol(), parameter.meaning())).collect()
 }
 
 /// Returns the name of a fit, its shots, its estimates, which only a verdict that it can be used
@@ -120,18 +109,17 @@ fn line(fits: &[Fit], known: &[Parameter]) -> Line {
 }
 
 /// Returns the sources of the errors of a fit, its χ², and its first warnings; `--all` shows all.
-fn details(fit: &Fit) -> String {
+fn details(fit: &Fit) -> Values {
     const MOST_WARNINGS: usize = 3;
     let verdict = fit.verdict();
-    let mut text = String::new();
-    if verdict.grade != Grade::Unusable {
-        // the camera's unknowns, of which there are many, stand in the report
-        text += &format!("\n{}", Table::new(UNKNOWN_COLUMNS, unknowns(fit, |id| id < Id::Scale)).text(""));
-    }
-    text += &format!("{}\n", chi2_words(fit));
     let others = fit.warnings().into_iter().filter(|warning| *warning != verdict.sentence);
-    text.extend(others.take(MOST_WARNINGS).map(|warning| format!("! {warning}\n")));
-    text
+    // the camera's unknowns, of which there are many, stand in the report
+    let unknowns = Table::new(UNKNOWN_COLUMNS, unknowns(fit, |id| id < Id::Scale)).text("");
+    context! {
+        unknowns => (verdict.grade != Grade::Unusable).then_some(unknowns),
+        chi2 => chi2_words(fit),
+        warnings => Serde(others.take(MOST_WARNINGS).collect::<Vec<_>>()),
+    }
 }
 
 /// The columns of [`unknowns`].
