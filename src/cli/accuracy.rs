@@ -7,6 +7,7 @@ use crate::io;
 use crate::physics::collision::{MAX_KAPPA, Model};
 use crate::report;
 use crate::report::document::AccuracyDocument;
+use crate::report::templates;
 use crate::studies::accuracy;
 use crate::studies::bias;
 
@@ -42,16 +43,16 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     }
     let dataset = match &args.dataset {
         Some(path) => with_impacts(io::load(path)?, &|| {}).0,
-        None => accuracy::dataset(args.shots as usize, args.seed),
+        None => accuracy::dataset(args.shots, args.seed)?,
     };
-    let shots = accuracy::shots(&dataset);
+    let shots = accuracy::cue_balls(&dataset);
     if shots.is_empty() {
         return Err(Failure { status: 1, message: format!("{}: no shot can be used", dataset.name) });
     }
     let left_out = dataset.shots.len() - shots.len() + dataset.left_out.len();
     let progress = Progress::new(1 + bias::FITTED.len());
     progress.step("errors and times");
-    let ways = accuracy::study(&shots, dataset.ball, args.kappa)?;
+    let ways = accuracy::study(&dataset, &shots, args.kappa)?;
     progress.done();
     let data = bias::noise_free(&dataset, args.kappa);
     let mut biases = Vec::new();
@@ -64,6 +65,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     report::accuracy::write(&ways, &args.out)?;
     let document = AccuracyDocument::new(&ways, &biases, shots.len(), left_out);
     let left_out = if left_out > 0 { format!(", {left_out} left out") } else { String::new() };
-    let text = || format!("{} shots{left_out}\n{}", shots.len(), report::accuracy::table(&document));
+    let text =
+        || format!("{} shots{left_out}\n{}", shots.len(), templates::text_of(templates::ACCURACY, &document));
     answer(args.json, &document, text)
 }

@@ -2,12 +2,10 @@
 
 use std::path::PathBuf;
 
-use crate::fit::check::{self, Finding};
+use crate::fit::check;
 use crate::fit::with_impacts;
-use crate::measurement::dataset::Dataset;
-use crate::report::count_of;
 use crate::report::document::CheckDocument;
-use indexmap::IndexMap;
+use crate::report::templates;
 
 use super::progress::{self, Progress};
 use super::{Failure, answer, unless_none};
@@ -26,54 +24,18 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let (datasets, wrong) = progress::load(&args.datasets);
     let progress = Progress::over_shots(&datasets, 0);
-    let (mut unusable, mut documents, mut texts) = (Vec::new(), Vec::new(), String::new());
+    let mut documents = Vec::new();
     for dataset in datasets {
         progress.step(&dataset.name);
         let (dataset, _) = with_impacts(dataset, &|| progress.done());
         progress.done();
-        let found = check::check(&dataset);
-        texts += &text(&dataset, &found);
-        documents.push(CheckDocument::new(&dataset, &found));
-        if dataset.count_usable() == 0 {
-            unusable.push(format!("{}: no shot can be used", dataset.name));
-        }
+        documents.push(CheckDocument::new(&dataset, &check::check(&dataset)));
     }
     drop(progress);
-    answer(args.json, &documents, || texts)?;
+    answer(args.json, &documents, || templates::text_of(templates::CHECK, &documents))?;
     unless_none(&wrong, 2)?;
+    let unusable = documents.iter().filter(|checked| checked.shots == 0);
+    let unusable: Vec<String> =
+        unusable.map(|checked| format!("{}: no shot can be used", checked.dataset)).collect();
     unless_none(&unusable, 1)
-}
-
-fn text(dataset: &Dataset, found: &[Finding]) -> String {
-    let usable = count_of(dataset.count_usable(), "shot");
-    let mut text = format!("{}: {usable} can be used, {} left out\n", dataset.name, dataset.left_out.len());
-    text.extend(dataset.notes().map(|note| format!("  note: {note}\n")));
-    let left_out = dataset.left_out.iter().map(|(shot, reason)| (Some(shot.as_str()), reason.as_str()));
-    text += &said_once("left out", left_out);
-    for (what, is_suspicious) in [("suspicious", true), ("note", false)] {
-        let own = found.iter().filter(|finding| finding.is_suspicious() == is_suspicious);
-        text += &said_once(what, own.map(|finding| (finding.shot.as_deref(), finding.text.as_str())));
-    }
-    if found.is_empty() && dataset.left_out.is_empty() {
-        text += "  nothing suspicious\n";
-    }
-    text
-}
-
-/// Returns a line for each different sentence, with the first five shots that it is about.
-fn said_once<'a>(what: &str, found: impl Iterator<Item = (Option<&'a str>, &'a str)>) -> String {
-    let mut sentences: IndexMap<&str, Vec<&str>> = IndexMap::new();
-    for (shot, sentence) in found {
-        sentences.entry(sentence).or_default().extend(shot);
-    }
-    let line = |(sentence, shots): (&str, Vec<&str>)| {
-        let named = shots.iter().take(5).copied().collect::<Vec<_>>().join(", ");
-        let of = match shots.len() {
-            0 => String::new(),
-            1..=5 => format!("shot {named}: "),
-            count => format!("shots {named} and {} more: ", count - 5),
-        };
-        format!("  {what}: {of}{sentence}\n")
-    };
-    sentences.into_iter().map(line).collect()
 }

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use crate::io::cases::{self, Case, Computed};
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::effects::{self, Choice, Estimate};
-use crate::physics::collision::{Effects, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome};
+use crate::physics::collision::{Effects, Fidelity, MIN_TOLERANCE, Model, NotACollision};
 use crate::physics::contact_frame::cue_velocity;
 use crate::physics::friction_law::Law;
 use crate::report::document::{self, CollideDocument};
+use crate::report::templates;
 
 use super::{Failure, print, unless_none};
 
@@ -167,53 +168,21 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         computed.outcome?;
         vec![computed]
     };
-    let (mut documents, mut tables, mut failed) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut documents, mut failed) = (Vec::new(), Vec::new());
     for computed in &collided {
-        let Computed { case, line, model, outcome } = computed;
-        let explained = args.explain(computed)?;
-        documents.push(CollideDocument::new(computed, explained));
-        let effects = explained.map_or(String::new(), |effects| effects_table(&effects));
-        match (outcome, &args.cases) {
-            (Ok(outcome), _) => tables.push(table(&case.name, model.fidelity.name(), outcome) + &effects),
-            (Err(why), file) => {
-                let file = file.as_deref().unwrap_or(Path::new("")).display();
-                failed.push(format!("{file}:{line}: \"{}\" was not computed: {why}", case.name));
-            }
+        documents.push(CollideDocument::new(computed, args.explain(computed)?));
+        if let Err(why) = &computed.outcome {
+            let file = args.cases.as_deref().unwrap_or(Path::new("")).display();
+            failed.push(format!(
+                "{file}:{}: \"{}\" was not computed: {why}",
+                computed.line, computed.case.name
+            ));
         }
     }
     match documents.as_slice() {
-        _ if !args.json => print(&tables.join("\n"))?,
+        _ if !args.json => print(&templates::text_of(templates::COLLIDE, &documents))?,
         [one] if args.cases.is_none() => print(&document::exact_text(one)?)?,
         all => print(&document::exact_text(all)?)?,
     }
     unless_none(&failed, 1)
-}
-
-fn effects_table(estimates: &[Estimate]) -> String {
-    let mut text = format!("  {:<20}{:>12}{:>6}  why\n", "effect", "size/speed", "");
-    for Estimate { name, size, on, why } in estimates {
-        let on = if *on { "on" } else { "off" };
-        text += &format!("  {name:<20}{size:>12.1e}{on:>6}  {why}\n");
-    }
-    text
-}
-
-fn table(name: &str, fidelity: &str, outcome: &Outcome) -> String {
-    // a number that rounds to 0 has no sign
-    let number = |value: f64| format!("{:>14.9}", (1e9 * value).round() / 1e9 + 0.0);
-    let Outcome { cue, object, .. } = outcome;
-    let throw = object.velocity.y.atan2(object.velocity.x).to_degrees();
-    let mut text = format!("{name} ({fidelity}): the contact {}s\n", outcome.regime.name());
-    text += &format!("  {:<28}{:>14}{:>14}{:>14}\n", "collision frame", "x", "y", "z");
-    for (what, numbers) in [
-        ("cue ball velocity, m/s", cue.velocity.as_slice()),
-        ("cue ball spin, rad/s", cue.spin.as_slice()),
-        ("object ball velocity, m/s", object.velocity.as_slice()),
-        ("object ball spin, rad/s", object.spin.as_slice()),
-        ("normal impulse/mass, m/s", &[outcome.impulse]),
-        ("throw, degrees", &[throw]),
-    ] {
-        text += &format!("  {what:<28}{}\n", numbers.iter().map(|own| number(*own)).collect::<String>());
-    }
-    text
 }

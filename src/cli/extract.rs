@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use crate::fit::{ExtractedDiscs, FittedFilm, extract_discs, with_impacts};
-use crate::report::count_of;
 use crate::report::document::ExtractDocument;
 use crate::report::extracted;
+use crate::report::templates;
 use crate::report::write::dataset_folder;
 
 use super::progress::{self, Progress};
@@ -36,7 +36,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     }));
     unless_none(&wrong, 2)?;
     let progress = Progress::over_shots(&datasets, 0);
-    let (mut empty, mut documents, mut text) = (Vec::new(), Vec::new(), String::new());
+    let (mut empty, mut documents) = (Vec::new(), Vec::new());
     for dataset in datasets {
         progress.step(&dataset.name);
         let folder = args.out.join(dataset_folder(&dataset.name));
@@ -66,14 +66,9 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             empty.push(format!("{}: no shot can be used{reason}", dataset.name));
             continue;
         }
-        let (name, extracted, count) = (&dataset.name, count_of(shots, "shot"), document.left_out.len());
-        text += &format!("{name}: {extracted} extracted, {count} left out; see {}\n", folder.display());
-        text.extend(document.notes.iter().map(|note| format!("  {note}\n")));
-        let left_out = document.left_out.iter();
-        text.extend(left_out.map(|one| format!("  left out: shot {}: {}\n", one.shot, one.reason)));
         documents.push(document);
     }
     drop(progress);
-    answer(args.json, &documents, || text)?;
+    answer(args.json, &documents, || templates::text_of(templates::EXTRACT, &documents))?;
     unless_none(&empty, 1)
 }

@@ -59,13 +59,6 @@ fn suspicious_kind<S: Serializer>(kind: &str, serializer: S) -> Result<S::Ok, S:
     serializer.serialize_bool(kind != ADVICE)
 }
 
-impl Finding {
-    /// Returns whether something may be wrong with the data.
-    pub(crate) fn is_suspicious(&self) -> bool {
-        self.kind != ADVICE
-    }
-}
-
 /// Returns everything suspicious, and notes; findings about the whole data set come first. Impacts
 /// must have been extracted from tracks before.
 pub fn check(dataset: &Dataset) -> Vec<Finding> {

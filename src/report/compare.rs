@@ -2,16 +2,18 @@
 
 use std::path::Path;
 
-use super::content::{self, Block, Report, Section, Table};
+use minijinja::value::Serde;
+use minijinja::{Value as Values, context};
+
 use super::document::{self, CompareDocument, ComparedParameter};
-use super::fit::{count_less, rejected};
 use super::plot::{forest, of_comparison};
 use super::shots::shot_list;
+use super::templates::{self, COMPARE};
 use super::write::Staged;
-use super::{ReportError, chi2_of, csv, p_text};
-use crate::compare::{Compared, Comparison, Difference, Finding, Quantity, Reason, Value};
+use super::{ReportError, chi2_of, csv};
+use crate::compare::{Compared, Comparison, Finding, Quantity, Reason, Value};
 use crate::fit::{Counted, Verdict, film_words};
-use crate::measurement::number::{count_of, interval, plain, with_error};
+use crate::measurement::number::{plain, with_error};
 use crate::measurement::parameter::Parameter;
 use crate::problem::Severity;
 
@@ -21,71 +23,37 @@ pub(crate) fn write(comparison: &Comparison, out: &Path) -> Result<(), ReportErr
         .figure("forest", &forest(comparison))?
         .figure("residuals", &of_comparison(comparison))?
         .add("residuals.csv", csv::of_comparison(comparison))?
-        .add("report.html", content::html(&report(comparison))?)?
+        .add("report.html", page(comparison)?)?
         .add("compare.json", document::text(&CompareDocument::new(comparison))?)?
         .put()
 }
 
 /// Returns the text that `caromfit compare` prints.
 pub fn table(comparison: &Comparison) -> String {
-    content::text(&report(comparison))
+    templates::text(COMPARE, content(comparison))
 }
 
-fn report(comparison: &Comparison) -> Report {
-    let document = CompareDocument::new(comparison);
-    let figure = Block::figure("Estimates with their intervals", forest(comparison));
-    let legend = "±: one standard error; (shared): one value for all; –: not determined";
-    let estimates = Block::Table(estimates(comparison, &document));
-    let mut sections = vec![Section::new("Estimates", legend, [estimates, figure])];
-    for (compared, parameter) in comparison.quantities.iter().zip(&document.parameters) {
-        let title = format!("{}, {}", compared.quantity.symbol(), parameter.meaning);
-        sections.push(Section::new(title, "", [Block::Lines(lines(parameter))]));
-    }
-    sections.extend(document.robust.iter().map(|robust| {
-        let columns = [("sample", "/sample"), ("shot", "/shot"), ("weight (1: counts fully)", "/weight")];
-        Section::new(count_less(&robust.losses.join(" and ")), "", [Table::of(&robust.weights, &columns)])
-    }));
-    let left_out = document
-        .samples
-        .iter()
-        .flat_map(|sample| sample.shots_rejected.iter().map(|one| (format!("{}, ", sample.title), one)));
+fn page(comparison: &Comparison) -> Result<String, ReportError> {
     let shots = comparison.residuals.iter().map(|one| (comparison.shot_name(one), &one.of_shot));
-    let residuals = Block::figure("Residuals of the joint fit", of_comparison(comparison));
-    sections.extend([
-        Section::new("Residuals", "", [residuals]),
-        rejected(left_out),
-        Section::new("Notes", "", [Block::Lines(document.notes.clone())]),
-        Section::new("Shots, the largest residuals first", "", [Block::Shots(shot_list(shots))]),
-    ]);
-    let method = if comparison.is_filmed {
-        "all frames of all data sets at once; residuals are those of the velocities after the impacts"
-    } else {
-        "the measured numbers of all data sets at once"
+    let figures = context! {
+        forest => Serde(forest(comparison)),
+        residuals => Serde(of_comparison(comparison)),
     };
-    let used: usize = document.samples.iter().map(|sample| sample.shots_used).sum();
-    let chi2 = chi2_of(document.counted, document.chi2, document.dof, document.noise_estimated);
-    let facts = vec![
-        ("model", document.fidelity.to_owned()),
-        ("method", method.to_owned()),
-        ("shots", used.to_string()),
-        ("fit", chi2),
-    ];
-    let title = format!("Comparison by {}", document.told_by);
-    let (verdict, mut warnings) = (document.verdict, document.warnings);
-    warnings.retain(|warning| !verdict.sentence.ends_with(warning));
-    Report { title, verdict, warnings, facts, sections }
+    let shots_of_page = Serde(shot_list(shots));
+    templates::page(COMPARE, context! { figures, shots_of_page, ..content(comparison) })
 }
 
-fn estimates(comparison: &Comparison, document: &CompareDocument) -> Table {
-    let symbols = comparison.quantities.iter().map(|compared| compared.quantity.symbol());
-    let head = [document.told_by.as_str(), "shots"].into_iter().chain(symbols);
+fn content(comparison: &Comparison) -> Values {
+    let document = CompareDocument::new(comparison);
+    let chi2 = chi2_of(document.counted, document.chi2, document.dof, document.noise_estimated);
     let row = |label: &String| {
         let own = document.samples.iter().filter(|sample| sample.label == *label);
         let shots: usize = own.map(|sample| sample.shots_used).sum();
         let cells = document.parameters.iter().map(|one| cell(one, label, comparison.is_refuted()));
-        [label.clone(), shots.to_string()].into_iter().chain(cells).collect()
+        [label.clone(), shots.to_string()].into_iter().chain(cells).collect::<Vec<_>>()
     };
-    Table::new(head, document.labels.iter().map(row))
+    let estimates: Vec<_> = document.labels.iter().map(row).collect();
+    context! { chi2, estimates, ..Serde(&document) }
 }
 
 fn cell(parameter: &ComparedParameter, label: &String, is_refuted: bool) -> String {
@@ -100,42 +68,6 @@ fn cell(parameter: &ComparedParameter, label: &String, is_refuted: bool) -> Stri
         None => plain(own.estimate, 4) + if is_refuted { " (refuted)" } else { "" },
     };
     if parameter.shared { format!("{number} (shared)") } else { number }
-}
-
-/// Returns everything that is said of one quantity, the most important first.
-fn lines(parameter: &ComparedParameter) -> Vec<String> {
-    let mut lines = Vec::new();
-    if let Some(test) = parameter.same_or_different {
-        let is_seen = test.p_value < Difference::LEVEL;
-        lines.push(format!(
-            "same or different: {} ({}, {} {} for {}, ΔAIC {:+.1} for \"different\")",
-            if is_seen { "different" } else { "no difference is seen" },
-            p_text(test.p_value),
-            test.by.name(),
-            plain(test.statistic, 3),
-            count_of(test.extra_parameters, "more parameter"),
-            test.delta_aic
-        ));
-    }
-    for found in &parameter.differences {
-        lines.push(format!(
-            "{} − {}: {} {}, {}, corrected {}: {}",
-            found.second,
-            found.first,
-            with_error(found.value, found.std_error),
-            interval(found.interval_95, Some(found.std_error)),
-            p_text(found.p_value),
-            p_text(found.p_holm),
-            if found.real { "real" } else { "may be chance" }
-        ));
-    }
-    let left_out = parameter.left_out.iter();
-    lines.extend(left_out.map(|one| format!("{} is left out: {}", one.label, one.reason)));
-    if lines.is_empty() {
-        let why = "not compared: it is held, only one label determines it, or the data refute the model";
-        lines.push(why.to_owned());
-    }
-    lines
 }
 
 pub(super) fn counted(comparison: &Comparison) -> Counted {

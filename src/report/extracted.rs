@@ -4,8 +4,9 @@
 use std::path::Path;
 
 use rayon::prelude::*;
+use serde_json::json;
 
-use super::plot::{Figure, Tracks, of_balls};
+use super::plot::{Tracks, of_balls};
 use super::write::Staged;
 use super::{ReportError, csv, folder_name, group_folders};
 use crate::fit::FittedFilm;
@@ -26,7 +27,7 @@ pub(crate) fn write_balls(
     folder: &Path,
 ) -> Result<(), ReportError> {
     if let Some(film) = drawn {
-        draw(extracted, |impact| (&impact.shot.name, of_balls(film, impact).figure()), folder)?;
+        draw(extracted, |impact| of_balls(film, impact), folder)?;
     }
     Staged::new(folder)?
         .add("impacts.csv", impacts(dataset, extracted))?
@@ -43,28 +44,8 @@ pub(crate) fn write_discs(
     are_drawn: bool,
     folder: &Path,
 ) -> Result<(), ReportError> {
-    let figure = |(shot, impact): &(TrackShot, DiscImpact)| {
-        let [from, to] = impact.window;
-        let used = |samples: &[Sample]| {
-            let used = samples.iter().filter(|sample| (from..=to).contains(&sample.t));
-            used.map(|sample| (sample.t, [sample.x, sample.y])).collect()
-        };
-        let in_seconds = ("time from the impact (ms)", 1e-3);
-        let tracks = Tracks {
-            name: &shot.name,
-            seen: [used(&shot.cue), used(&shot.object)],
-            summary: summary(impact),
-            names: ["first disc", "second disc"],
-            time: impact.get(Quantity::Time).map_or(f64::NAN, |time| time.value),
-            clock: if discs.in_seconds { in_seconds } else { ("frames from the impact", 1.0) },
-            position_sd: impact.position_sd,
-            radii: impact.radii,
-            place: Box::new(|disc, time| impact.place(disc, time)),
-        };
-        tracks.figure()
-    };
     if are_drawn {
-        draw(extracted, |one| (&one.0.name, figure(one)), folder)?;
+        draw(extracted, |(shot, impact)| of_discs(discs, shot, impact), folder)?;
     }
     Staged::new(folder)?
         .add("left-out.csv", left_out(dataset))?
@@ -72,27 +53,46 @@ pub(crate) fn write_discs(
         .put()
 }
 
+fn of_discs<'a>(discs: &Discs, shot: &'a TrackShot, impact: &'a DiscImpact) -> Tracks<'a> {
+    let [from, to] = impact.window;
+    let used = |samples: &[Sample]| {
+        let used = samples.iter().filter(|sample| (from..=to).contains(&sample.t));
+        used.map(|sample| (sample.t, [sample.x, sample.y])).collect()
+    };
+    let in_seconds = ("time from the impact (ms)", 1e-3);
+    Tracks {
+        name: &shot.name,
+        seen: [used(&shot.cue), used(&shot.object)],
+        summary: summary(impact),
+        names: ["first disc", "second disc"],
+        time: impact.get(Quantity::Time).map_or(f64::NAN, |time| time.value),
+        clock: if discs.in_seconds { in_seconds } else { ("frames from the impact", 1.0) },
+        position_sd: impact.position_sd,
+        radii: impact.radii,
+        place: Box::new(|disc, time| impact.place(disc, time)),
+    }
+}
+
 /// Draws each shot in a file that is named after it.
-fn draw<T: Sync>(
-    extracted: &[T],
-    draw: impl Fn(&T) -> (&String, Figure) + Sync,
+fn draw<'a, T: Sync>(
+    extracted: &'a [T],
+    tracks: impl Fn(&'a T) -> Tracks<'a> + Sync,
     folder: &Path,
 ) -> Result<(), ReportError> {
-    let drawn = |shot| {
-        let (name, figure) = draw(shot);
-        Ok((name.clone(), figure.svg()?.0))
-    };
-    let drawn = extracted.par_iter().map(drawn).collect::<Result<(Vec<_>, Vec<_>), ReportError>>()?;
-    let mut files = group_folders(&drawn.0).into_iter().zip(drawn.1);
+    let drawn = extracted.par_iter().map(|shot| {
+        let tracks = tracks(shot);
+        Ok((tracks.name.to_owned(), tracks.figure().svg()?.0))
+    });
+    let (names, drawn) = drawn.collect::<Result<(Vec<_>, Vec<_>), ReportError>>()?;
+    let mut files = group_folders(&names).into_iter().zip(drawn);
     let staged = Staged::new(&folder.join("shots"))?;
     files.try_fold(staged, |staged, (name, svg)| staged.add(&format!("{name}.svg"), svg))?.put()
 }
 
-/// Returns the one spin that all shots have, if that is stun or natural roll.
+/// Returns the spin that all shots have, if that is stun or natural roll.
 fn assumed(dataset: &Dataset) -> Option<&'static str> {
-    let all = |spin: Spin| dataset.shots.iter().all(|shot| shot.spin == spin);
-    let words = [(Spin::NaturalRoll, "natural-roll"), (Spin::Stun, "stun")];
-    words.into_iter().find_map(|(spin, word)| all(spin).then_some(word))
+    let all = |spin: &Spin| dataset.shots.iter().all(|shot| shot.spin == *spin);
+    [Spin::NaturalRoll, Spin::Stun].into_iter().find(all).map(Spin::name)
 }
 
 /// A comment on the standard deviations of extracted impacts.
@@ -138,40 +138,32 @@ fn impacts(dataset: &Dataset, extracted: &[Impact]) -> String {
         let before = ["nx", "ny", "cue_vx", "cue_vy"].into_iter().zip(normal.iter().chain(velocity).copied());
         let after = shot.after.iter().map(|after| (after.observable.column(), after.measured));
         let mut measured: Vec<(&str, Measured)> = before.chain(after).collect();
-        let word = match shot.spin {
-            Spin::Measured { spin, sd } => {
-                let axes = ["cue_wx", "cue_wy", "cue_wz"].into_iter().enumerate();
-                measured.extend(axes.map(|(i, name)| (name, Measured { value: spin[i], sd: sd[i] })));
-                "measured"
-            }
-            Spin::Stun => "stun",
-            Spin::NaturalRoll => "natural-roll",
-            Spin::Unknown => "unknown",
-        };
-        let mut row = csv::row_of([("shot", shot.name.clone())]);
+        if let Spin::Measured { spin, sd } = shot.spin {
+            let axes = ["cue_wx", "cue_wy", "cue_wz"].into_iter().enumerate();
+            measured.extend(axes.map(|(i, name)| (name, Measured { value: spin[i], sd: sd[i] })));
+        }
+        let mut row = csv::row_of(json!({ "shot": shot.name }));
         for (column, Measured { value, sd }) in measured {
-            let sd = widening * sd.unwrap_or(0.0);
-            row.extend(csv::row_of([(column, value.to_string())]));
-            row.extend([(format!("{column}_sd"), sd.max(LEAST_SD).to_string())]);
+            row.insert(column.to_owned(), value.into());
+            row.insert(format!("{column}_sd"), (widening * sd.unwrap_or(0.0)).max(LEAST_SD).into());
         }
         if !is_assumed {
-            row.extend(csv::row_of([("cue_spin", word.to_owned())]));
+            row.insert("cue_spin".to_owned(), shot.spin.name().into());
         }
-        row.extend(csv::row_of([
-            ("impact_time_s", impact.time.to_string()),
-            ("position_sd_mm", (1e3 * impact.position_sd).to_string()),
-            ("reduced_chi2", impact.reduced_chi2.to_string()),
-            ("frames_left_out", impact.outliers.to_string()),
-        ]));
-        row.extend(shot.labels.clone());
+        row.extend(csv::row_of(json!({
+            "impact_time_s": impact.time,
+            "position_sd_mm": 1e3 * impact.position_sd,
+            "reduced_chi2": impact.reduced_chi2,
+            "frames_left_out": impact.outliers,
+        })));
+        row.extend(shot.labels.iter().map(|(column, label)| (column.clone(), label.as_str().into())));
         rows.push(row);
     }
     csv::table("", &rows)
 }
 
 fn left_out(dataset: &Dataset) -> String {
-    let row =
-        |(shot, reason): &(String, String)| csv::row_of([("shot", shot.clone()), ("reason", reason.clone())]);
+    let row = |(shot, reason): &(String, String)| csv::row_of(json!({ "shot": shot, "reason": reason }));
     csv::table("shot,reason", &dataset.left_out.iter().map(row).collect::<Vec<_>>())
 }
 
@@ -194,25 +186,24 @@ fn discs_table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
     // what is stated has no error here
     let measured: String = Quantity::ALL.map(|quantity| format!(",{0},{0}_sd", name(quantity))).concat();
     let row = |(shot, impact): &(TrackShot, DiscImpact)| {
-        let mut row = csv::row_of([("shot", shot.name.clone())]);
+        let mut row = csv::row_of(json!({ "shot": shot.name }));
         for quantity in Quantity::ALL {
             let unit = if quantity == Quantity::ContactDistance { 1e-3 } else { 1.0 };
-            let Some(found) = impact.get(quantity) else { continue };
-            row.insert(name(quantity), (found.value / unit).to_string());
-            row.extend(found.sd.map(|sd| (format!("{}_sd", name(quantity)), (sd / unit).to_string())));
+            let Some(Measured { value, sd }) = impact.get(quantity) else { continue };
+            row.insert(name(quantity), (value / unit).into());
+            row.insert(format!("{}_sd", name(quantity)), sd.map(|sd| sd / unit).into());
         }
         let doubts: Vec<String> = impact.doubts.iter().map(Doubt::to_string).collect();
-        let word = |is_first: bool, words: [&str; 2]| words[usize::from(!is_first)].to_owned();
-        row.extend(csv::row_of([
-            ("mass_ratio_from", word(discs.masses.is_some(), ["masses", "momentum"])),
-            ("position_sd_mm", (1e3 * impact.position_sd).to_string()),
-            ("reduced_chi2", impact.misfit.to_string()),
-            ("frames_used", impact.frames.to_string()),
-            ("frames_left_out", impact.outliers.to_string()),
-            ("outcome", word(impact.stuck.is_some(), ["stick", "part"])),
-            ("verdict", word(doubts.is_empty(), ["good", "doubtful"])),
-            ("doubts", doubts.join("; ")),
-        ]));
+        row.extend(csv::row_of(json!({
+            "mass_ratio_from": if discs.masses.is_some() { "masses" } else { "momentum" },
+            "position_sd_mm": 1e3 * impact.position_sd,
+            "reduced_chi2": impact.misfit,
+            "frames_used": impact.frames,
+            "frames_left_out": impact.outliers,
+            "outcome": if impact.stuck.is_some() { "stick" } else { "part" },
+            "verdict": if doubts.is_empty() { "good" } else { "doubtful" },
+            "doubts": doubts.join("; "),
+        })));
         row
     };
     csv::table(&format!("shot{measured}"), &extracted.iter().map(row).collect::<Vec<_>>())

@@ -1,10 +1,8 @@
-//! Outputs of a [`Fit`] for people and for programs. The report for people is made once, as a value
-//! (`content`), and rendered as text and HTML; programs read [`document`] and [`csv`]. Only `write`
-//! touches the disk.
+//! Outputs of a [`Fit`] for people and for programs. Programs read [`document`] and [`csv`];
+//! `templates` render documents as text and HTML for people. Only `write` touches the disk.
 
 pub(crate) mod accuracy;
 pub mod compare;
-pub(crate) mod content;
 pub mod csv;
 pub(crate) mod design;
 pub mod document;
@@ -14,6 +12,7 @@ pub mod fit;
 mod plot;
 mod shots;
 pub mod stored;
+pub(crate) mod templates;
 pub mod terminal;
 pub(crate) mod write;
 
@@ -21,15 +20,10 @@ pub(crate) mod write;
 pub(crate) use write::fit_folder;
 pub use write::{folder_name, group_folders, write};
 
-use document::Body;
-
 use crate::fit::{Counted, Fit};
-#[cfg(feature = "cli")]
-pub(crate) use crate::measurement::number::count_of;
-use crate::measurement::number::{plain, with_error};
+use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
-use crate::physics::ball::UNIFORM_SPHERE;
-use crate::physics::disc::{Discs, UNIFORM_DISC};
+use crate::physics::disc::Discs;
 use crate::problem::{self, Id};
 
 /// Why a report cannot be made: a file that cannot be written, or a figure, a page or a JSON
@@ -38,15 +32,17 @@ use crate::problem::{self, Id};
 #[error("{0}")]
 pub struct ReportError(String);
 
-impl ReportError {
-    fn of_drawing(title: &str, reason: impl std::fmt::Display) -> Self {
-        Self(format!("the report of {title} cannot be drawn: {reason}"))
-    }
-}
+impl ReportError {}
 
 impl From<serde_json::Error> for ReportError {
     fn from(error: serde_json::Error) -> Self {
         Self(format!("the result cannot be written as JSON: {error}"))
+    }
+}
+
+impl From<minijinja::Error> for ReportError {
+    fn from(error: minijinja::Error) -> Self {
+        Self(format!("the report cannot be rendered: {error:#}"))
     }
 }
 
@@ -58,56 +54,10 @@ pub(crate) fn title(fit: &Fit) -> String {
     }
 }
 
-/// Returns the label that was fitted separately; empty for a whole data set.
-fn label(fit: &Fit) -> String {
-    fit.group.as_ref().map_or_else(String::new, |(_, label)| label.clone())
-}
-
-/// Returns the collision model and the effects that it contains: `full (friction, cloth)`.
-fn model(fit: &Fit) -> String {
-    let effects = fit.effects.iter().filter(|(_, is_on)| *is_on).map(|(effect, _)| *effect);
-    format!("{} ({})", fit.fidelity, effects.collect::<Vec<_>>().join(", "))
-}
-
-/// Returns what a reader calls the bodies that collided, and their size and mass.
-fn bodies(fit: &Fit) -> (&'static str, String) {
-    let [first, second] = [0, 1].map(|which| document::body(fit, which));
-    match fit.discs {
-        Some(discs) if discs.radii.is_none() => {
-            ("discs", format!("radii not stated (half the distance of the centres: {})", size(&first)))
-        }
-        Some(_) => ("discs", format!("first: {}; second: {}", size(&first), size(&second))),
-        None if fit.object.is_none() => ("balls", size(&first)),
-        None => ("balls", two_balls(&first, &second)),
-    }
-}
-
-fn two_balls(cue: &Body, object: &Body) -> String {
-    format!("cue ball: {}; object ball: {}", size(cue), size(object))
-}
-
-/// Returns radius and mass of a body in words, with the errors that are stated, and a moment of
-/// inertia that is not a uniform ball's.
-fn size(body: &Body) -> String {
-    let milli = |value: f64, sd: Option<f64>, digits: usize| match sd {
-        Some(sd) => with_error(1e3 * value, 1e3 * sd),
-        None => plain(1e3 * value, digits),
-    };
-    let mass = body.mass_kg.map(|mass| format!(", mass {} g", milli(mass, body.mass_kg_sd, 4)));
-    let is_usual = [UNIFORM_SPHERE, UNIFORM_DISC].contains(&body.inertia);
-    let inertia = if is_usual { String::new() } else { format!(", inertia {} MR²", plain(body.inertia, 4)) };
-    format!("radius {} mm{}{inertia}", milli(body.radius_m, body.radius_m_sd, 5), mass.unwrap_or_default())
-}
-
 /// Returns `p = 0.013`; small probabilities are not distinguished.
 fn p_text(p: f64) -> String {
     const LEAST_P: f64 = 1e-4;
     if p < LEAST_P { format!("p < {LEAST_P}") } else { format!("p = {}", plain(p, 2)) }
-}
-
-/// Returns χ² per degree of freedom; `None` without degrees of freedom.
-fn reduced_chi2(fit: &Fit) -> Option<f64> {
-    (fit.dof > 0).then(|| fit.chi2 / fit.dof as f64)
 }
 
 /// Returns χ² per degree of freedom, what it counts, and whether the noise of some observable was
@@ -150,13 +100,12 @@ struct Budget {
 }
 
 fn budgets(fit: &Fit) -> Vec<Budget> {
-    const LEAST_PART: f64 = 0.1;
     let budget = |found: &problem::Budget| {
         let parts = document::budget(found).into_iter();
-        let mut parts: Vec<_> =
-            parts.filter_map(|part| Some((symbol(&part.source).to_owned(), part.std_error?))).collect();
+        let parts = parts.filter_map(|part| Some((symbol(&part.source).to_owned(), part.std_error?)));
+        let mut parts: Vec<_> = parts.collect();
         let std_error = parts.iter().map(|(_, error)| error.powi(2)).sum::<f64>().sqrt();
-        parts.retain(|(_, error)| *error >= LEAST_PART * std_error);
+        parts.retain(|(_, error)| *error >= 0.1 * std_error);
         Budget { of: found.id, std_error, parts }
     };
     fit.budget.iter().map(budget).collect()

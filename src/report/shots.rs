@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::content::{Shot, Table, for_script};
 use super::document::ByName;
+use super::templates::for_script;
 use crate::fit::{FittedFilm, Residual};
 use crate::measurement::number::plain;
 use crate::problem::Impact;
@@ -17,6 +17,22 @@ const MOST_DRAWN: usize = 60;
 /// Largest number of frames of a ball that are drawn of a shot.
 const MOST_FRAMES: usize = 120;
 
+/// One shot's measured values against the model.
+#[derive(Serialize)]
+pub(super) struct Shot {
+    /// A key that is unique in the report, by which pictures refer to it.
+    id: String,
+    name: String,
+    /// Names of the values with their unit, measured and predicted value, standard deviation and
+    /// standardized residual.
+    rows: Vec<[String; 5]>,
+    /// Its place in the data.
+    place: usize,
+    /// Its largest standardized residual, by absolute value, and the sum of the squares of all.
+    largest: f64,
+    chi2: f64,
+}
+
 /// Returns the shots of a report, those with the largest residuals first: each residual with the
 /// name of its shot.
 pub(super) fn shot_list<'a>(residuals: impl Iterator<Item = (String, &'a Residual)>) -> Vec<Shot> {
@@ -25,11 +41,10 @@ pub(super) fn shot_list<'a>(residuals: impl Iterator<Item = (String, &'a Residua
         all.entry(name).or_default().push(residual);
     }
     let shot = |(place, (name, own)): (usize, (String, Vec<&Residual>))| {
-        let head = ["", "measured", "predicted", "sd", "residual/sd"];
-        let table = Table::new(head, own.iter().map(|residual| row(residual)));
+        let rows = own.iter().map(|residual| row(residual)).collect();
         let known = own.iter().map(|residual| residual.standardized.abs()).filter(|z| z.is_finite());
         let (largest, chi2) = known.fold((0.0_f64, 0.0), |(most, sum), z| (most.max(z), sum + z * z));
-        Shot { id: format!("shot-{}", place + 1), name, table, place, largest, chi2 }
+        Shot { id: format!("shot-{}", place + 1), name, rows, place, largest, chi2 }
     };
     let mut shots: Vec<Shot> = all.into_iter().enumerate().map(shot).collect();
     shots.sort_by(|a, b| b.largest.total_cmp(&a.largest));
@@ -37,10 +52,10 @@ pub(super) fn shot_list<'a>(residuals: impl Iterator<Item = (String, &'a Residua
     shots
 }
 
-fn row(residual: &Residual) -> Vec<String> {
+fn row(residual: &Residual) -> [String; 5] {
     let observable = residual.observable;
     let number = |si: f64, digits| plain(si / observable.unit_si(), digits);
-    vec![
+    [
         format!("{} {}", observable.label(), observable.unit()).trim_end().to_owned(),
         number(residual.measured, 5),
         number(residual.predicted, 5),

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use glob::Pattern;
 
-use super::content::Table;
 use super::document::FitDocument;
+use super::templates::Table;
 use super::title;
 use crate::fit::Fit;
 
@@ -46,21 +46,7 @@ impl Stored {
         };
         let mut fits = Vec::new();
         for file in &files {
-            let wrong = |reason: String| StoredError(format!("{}:{reason}", file.display()));
-            let text =
-                fs::read_to_string(file).map_err(|error| wrong(format!(" cannot be read: {error}")))?;
-            let is_list = text.trim_start().starts_with('[');
-            let found = if is_list {
-                serde_json::from_str(&text)
-            } else {
-                serde_json::from_str(&text).map(|fit| vec![fit])
-            };
-            fits.extend(found.map_err(|error: serde_json::Error| {
-                let (line, column) = (error.line(), error.column());
-                wrong(format!(
-                    "{line}: column {column}: {error}; expected a fit.json that caromfit fit wrote"
-                ))
-            })?);
+            fits.extend(read(file).map_err(|wrong| StoredError(format!("{}:{wrong}", file.display())))?);
         }
         if fits.is_empty() {
             let expected = "holds no fit.json; expected one, or a folder that caromfit fit wrote";
@@ -85,44 +71,57 @@ impl Stored {
             StoredError(format!("{path}: holds no fit of {title}; expected one to compare with"))
         })?;
         let mut all = Vec::new();
-        let mut compare = |what: &str, [before, now]: [String; 2], standard_errors: Option<f64>| {
-            let by = standard_errors.map_or("–".to_owned(), |by| format!("{by:+.3} standard errors"));
+        let mut add = |what: &str, before: &dyn ToString, now: &dyn ToString, by: Option<f64>| {
+            let [before, now] = [before, now].map(ToString::to_string);
+            let by = by.map_or("–".to_owned(), |by| format!("{by:+.3} standard errors"));
             if before != now {
                 all.push([title.clone(), what.to_owned(), before, now, by]);
             }
         };
-        compare("fidelity", [&before.fidelity, &now.fidelity].map(String::clone), None);
+        add("fidelity", &before.fidelity, &now.fidelity, None);
         for (name, now) in &now.parameters {
             let Some(before) = before.parameters.get(name) else {
-                compare(name, ["missing".to_owned(), now.estimate.to_string()], None);
+                add(name, &"missing", &now.estimate, None);
                 continue;
             };
-            compare(&format!("{name} status"), [&before.status, &now.status].map(String::clone), None);
-            let change = now.estimate - before.estimate;
+            add(&format!("{name} status"), &before.status, &now.status, None);
             let [old, new] = [before, now].map(|own| own.std_error.unwrap_or(0.0));
-            let in_errors = (old.max(new) > 0.0).then(|| change / old.max(new));
+            let (change, error) = (now.estimate - before.estimate, old.max(new));
             let largest = before.estimate.abs().max(now.estimate.abs());
-            if in_errors.map_or(change.abs() > RELATIVE * largest, |errors| errors.abs() > SAME_ERRORS) {
-                compare(name, [before, now].map(|own| own.estimate.to_string()), in_errors);
+            let tolerance = if error > 0.0 { SAME_ERRORS * error } else { RELATIVE * largest };
+            if change.abs() > tolerance {
+                add(name, &before.estimate, &now.estimate, (error > 0.0).then(|| change / error));
             }
             // an interval that widens is a change even if the estimate stays
             if (new - old).abs() > SAME_ERRORS * old {
-                compare(&format!("{name} std_error"), [old, new].map(|error| error.to_string()), None);
+                add(&format!("{name} std_error"), &old, &new, None);
             }
         }
         let chi2 = [before, &now].map(|fit| fit.chi2.unwrap_or(f64::NAN));
         let change = (chi2[1] - chi2[0]) / (2.0 * now.dof.max(1) as f64).sqrt();
         if chi2[0].is_finite() != chi2[1].is_finite() || change.abs() > SAME_ERRORS {
-            compare("chi2", chi2.map(|chi2| chi2.to_string()), Some(change));
+            add("chi2", &chi2[0], &chi2[1], Some(change));
         }
-        compare("dof", [before, &now].map(|fit| fit.dof.to_string()), None);
-        compare("shots_used", [before, &now].map(|fit| fit.shots_used.to_string()), None);
+        add("dof", &before.dof, &now.dof, None);
+        add("shots_used", &before.shots_used, &now.shots_used, None);
         Ok(all)
     }
 }
 
+/// Returns the fits of a file; else what is wrong with it, behind the colon after its name.
+fn read(file: &Path) -> Result<Vec<FitDocument>, String> {
+    let text = fs::read_to_string(file).map_err(|error| format!(" cannot be read: {error}"))?;
+    let is_list = text.trim_start().starts_with('[');
+    let fits =
+        if is_list { serde_json::from_str(&text) } else { serde_json::from_str(&text).map(|fit| vec![fit]) };
+    fits.map_err(|error| {
+        let (line, column) = (error.line(), error.column());
+        format!("{line}: column {column}: {error}; expected a fit.json that caromfit fit wrote")
+    })
+}
+
 /// Returns what moved as text.
 pub(crate) fn table(moved: &[Moved]) -> String {
-    let rows = moved.iter().map(|row| row.to_vec());
+    let rows = moved.iter().map(|row| row.to_vec()).collect();
     Table::new(["data set", "what", "baseline", "now", "moved by"], rows).text("  ")
 }

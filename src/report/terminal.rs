@@ -1,9 +1,12 @@
 //! The screen that `caromfit fit` prints: a line per data set with its verdict, those that can be
 //! used first; for a single fit also the sources of its errors, and what else to know.
 
-use super::content::Table;
+use minijinja::value::Serde;
+use minijinja::{Value as Values, context};
+
 use super::plot::ends;
-use super::{budgets, chi2_words, label, symbol};
+use super::templates::{self, OVERVIEW, Table};
+use super::{budgets, chi2_words, symbol};
 use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
 use crate::measurement::number::{plain, with_error, with_interval};
 use crate::measurement::parameter::Parameter;
@@ -23,121 +26,109 @@ pub fn overview(fits: &[Fit]) -> String {
         return String::new();
     }
     let known = parameters(fits);
-    let of_dataset =
+    let is_same =
         |one: &Fit, next: &Fit| one.group.is_some() && next.group.is_some() && one.dataset == next.dataset;
-    let mut lines: Vec<Line> = fits.chunk_by(of_dataset).map(|fits| line(fits, &known)).collect();
+    let mut lines: Vec<Line> = fits.chunk_by(is_same).map(|fits| line(fits, &known)).collect();
     lines.sort_by_key(|line| line.grade);
     if let ([line], [fit]) = (lines.as_mut_slice(), fits) {
         line.below.get_or_insert(fit.verdict().sentence);
     }
-    let (table, legend) = table(lines.iter().map(|line| line.cells.clone()).collect(), &known);
-    // the head has no such cell
-    let below = std::iter::once(&None).chain(lines.iter().map(|line| &line.below));
-    let mut text = String::new();
-    for (row, below) in table.text("").lines().zip(below) {
-        text += &format!("{row}\n");
-        text.extend(below.iter().map(|sentence| format!("    {sentence}\n")));
-    }
-    if !legend.is_empty() {
-        text += &format!("\n{}\n", legend.join("\n"));
-    }
-    if let [fit] = fits {
-        text += &details(fit);
-    }
-    text
+    let (cells, below): (Vec<_>, Vec<_>) = lines.into_iter().map(|line| (line.cells, line.below)).unzip();
+    let estimates = table(cells, &known);
+    let text = estimates.text("");
+    // the head has no sentence
+    let lines: Vec<_> = text.lines().zip([None].into_iter().chain(below)).collect();
+    let lines_of_table = Serde(lines);
+    let of_one = if let [fit] = fits { details(fit) } else { Values::UNDEFINED };
+    let estimates = Serde(estimates);
+    templates::text(OVERVIEW, context! { lines_of_table, estimates, rare => rare(&known), ..of_one })
 }
 
-/// Returns a table of fits, and what its marks and symbols mean, as far as it has them.
-pub(super) fn table(rows: Vec<Vec<String>>, known: &[Parameter]) -> (Table, Vec<String>) {
-    const MARKS: [(&str, &str); 6] = [
-        ("±", "±: one standard error"),
-        ("[", "[…]: the 95 % interval, if it is far from ± two standard errors"),
-        ("≥", "≥: every larger value fits equally"),
-        ("≤", "≤: every smaller value fits equally"),
-        ("–", "–: not determined by these shots, or, if the verdict is unusable, no number to use"),
-        ("no error", "no error: the data do not determine one"),
-    ];
-    let has = |mark: &str| rows.iter().any(|row| row.iter().skip(2).any(|cell| cell.contains(mark)));
-    let marks: Vec<&str> = MARKS.into_iter().filter(|(mark, _)| has(mark)).map(|(_, words)| words).collect();
-    let marks = (!marks.is_empty()).then(|| marks.join("; "));
-    let rare = known.iter().filter(|parameter| !Parameter::COEFFICIENTS.contains(parameter));
-    let rare = rare.map(|parameter| format!("{}: {}", parameter.symbol(), parameter.meaning()));
-    let legend = marks.into_iter().chain(rare).collect();
+/// Returns a table of fits.
+pub(super) fn table(rows: Vec<Vec<String>>, known: &[Parameter]) -> Table {
     let symbols = known.iter().map(|parameter| match parameter.unit() {
         "" => parameter.symbol().to_owned(),
         unit => format!("{}, {unit}", parameter.symbol()),
     });
     let head = ["data set", "shots"].map(str::to_owned).into_iter().chain(symbols);
-    (Table::new(head.chain(["verdict".to_owned()]), rows), legend)
+    Table::new(head.chain(["verdict".to_owned()]), rows)
+}
+
+/// Returns the meaning of parameters that few fits have.
+pub(super) fn rare(known: &[Parameter]) -> Vec<String> {
+    let rare = known.iter().filter(|parameter| !Parameter::COEFFICIENTS.contains(parameter));
+    rare.map(|parameter| format!("{}: {}", parameter.symbol(), parameter.meaning())).collect()
 }
 
 /// Returns the name of a fit, its shots, its estimates, which only a verdict that it can be used
 /// lets stand, and that verdict.
 pub(super) fn cells(fit: &Fit, known: &[Parameter]) -> Vec<String> {
-    let name =
-        fit.group.as_ref().map_or(fit.dataset.clone(), |(_, label)| format!("{} / {label}", fit.dataset));
+    let name = fit.label().map_or(fit.dataset.clone(), |label| format!("{} / {label}", fit.dataset));
     let shots = match fit.shots_rejected.len() {
         0 => fit.shots_used.to_string(),
         rejected => format!("{} of {}", fit.shots_used, fit.shots_used + rejected),
     };
     let grade = fit.verdict().grade;
-    let cell = |parameter: &Parameter| {
+    let mut cells = vec![name, shots];
+    cells.extend(known.iter().map(|parameter| {
         let own = fit.get(*parameter).filter(|_| grade != Grade::Unusable);
         own.map_or("–".to_owned(), |own| estimate(fit, own))
-    };
-    let cells = [name, shots].into_iter().chain(known.iter().map(cell));
-    cells.chain([grade.name().to_owned()]).collect()
+    }));
+    cells.push(grade.name().to_owned());
+    cells
 }
 
 /// Returns the line of a data set; of one whose labels are fitted separately with the range of each
 /// parameter over those that can be used.
 fn line(fits: &[Fit], known: &[Parameter]) -> Line {
-    let verdicts: Vec<Verdict> = fits.iter().map(Fit::verdict).collect();
-    let grade = verdicts.iter().map(|own| own.grade).min().unwrap_or(Grade::Good);
-    let bad = fits.iter().zip(&verdicts).find(|(_, own)| own.grade != Grade::Good);
+    let mut verdicts: Vec<(&Fit, Verdict)> = fits.iter().map(|fit| (fit, fit.verdict())).collect();
+    let grade = verdicts.iter().map(|(_, own)| own.grade).min().unwrap_or(Grade::Good);
+    let bad = verdicts.iter().find(|(_, own)| own.grade != Grade::Good);
     if let [fit] = fits {
         return Line { grade, cells: cells(fit, known), below: bad.map(|(_, own)| own.sentence.clone()) };
     }
-    let range = |parameter: &Parameter| {
-        let usable = fits.iter().zip(&verdicts).filter(|(_, own)| own.grade != Grade::Unusable);
-        let estimates = usable.filter_map(|(fit, _)| fit.get(*parameter));
-        let [low, high] =
-            ends(estimates.filter(|own| own.status != Status::NotIdentified).map(|own| own.value));
-        match [low, high].map(|end| plain(end, 3)) {
-            _ if low > high => "–".to_owned(),
-            [low, high] if low == high => low,
-            [low, high] => format!("{low} to {high}"),
-        }
-    };
+    let below = bad.map(|(fit, own)| format!("{}: {}", fit.label().unwrap_or_default(), own.sentence));
     let count = |grade: Grade| {
-        let count = verdicts.iter().filter(|own| own.grade == grade).count();
+        let count = verdicts.iter().filter(|(_, own)| own.grade == grade).count();
         (count > 0).then(|| format!("{count} {}", grade.name()))
     };
+    let counts: Vec<String> = Grade::ALL.into_iter().filter_map(count).collect();
     let used: usize = fits.iter().map(|fit| fit.shots_used).sum();
     let mut cells = vec![format!("{} ({} labels)", fits[0].dataset, fits.len()), used.to_string()];
-    cells.extend(known.iter().map(range));
-    cells.push(Grade::ALL.into_iter().filter_map(count).collect::<Vec<_>>().join(", "));
-    Line { grade, cells, below: bad.map(|(fit, own)| format!("{}: {}", label(fit), own.sentence)) }
+    verdicts.retain(|(_, own)| own.grade != Grade::Unusable);
+    cells.extend(known.iter().map(|parameter| {
+        let estimates = verdicts.iter().filter_map(|(fit, _)| fit.get(*parameter));
+        let identified = estimates.filter(|own| own.status != Status::NotIdentified);
+        let [low, high] = ends(identified.map(|own| own.value));
+        let mut texts = [low, high].map(|end| plain(end, 3)).to_vec();
+        texts.dedup();
+        if low > high { "–".to_owned() } else { texts.join(" to ") }
+    }));
+    cells.push(counts.join(", "));
+    Line { grade, cells, below }
 }
 
 /// Returns the sources of the errors of a fit, its χ², and its first warnings; `--all` shows all.
-fn details(fit: &Fit) -> String {
+fn details(fit: &Fit) -> Values {
     const MOST_WARNINGS: usize = 3;
     let verdict = fit.verdict();
-    let mut text = String::new();
-    if verdict.grade != Grade::Unusable {
-        // the camera's unknowns, of which there are many, stand in the report
-        text += &format!("\n{}", unknowns(fit, |id| id < Id::Scale).text(""));
-    }
-    text += &format!("{}\n", chi2_words(fit));
     let others = fit.warnings().into_iter().filter(|warning| *warning != verdict.sentence);
-    text.extend(others.take(MOST_WARNINGS).map(|warning| format!("! {warning}\n")));
-    text
+    // the camera's unknowns, of which there are many, stand in the report
+    let unknowns = Table::new(UNKNOWN_COLUMNS, unknowns(fit, |id| id < Id::Scale)).text("");
+    context! {
+        unknowns => (verdict.grade != Grade::Unusable).then_some(unknowns),
+        chi2 => chi2_words(fit),
+        warnings => Serde(others.take(MOST_WARNINGS).collect::<Vec<_>>()),
+    }
 }
+
+/// The columns of [`unknowns`].
+pub(super) const UNKNOWN_COLUMNS: [&str; 5] =
+    ["", "estimate", "error", "prior pull", "largest part of the error"];
 
 /// Returns what all shots share with its errors, the pulls of priors in their standard deviations,
 /// and the largest parts of the errors.
-pub(super) fn unknowns(fit: &Fit, is_shown: impl Fn(Id) -> bool) -> Table {
+pub(super) fn unknowns(fit: &Fit, is_shown: impl Fn(Id) -> bool) -> Vec<Vec<String>> {
     let budgets = budgets(fit);
     let row = |unknown: &problem::Estimate| {
         let error = unknown.std_error.filter(|error| *error > 0.0)?;
@@ -152,8 +143,7 @@ pub(super) fn unknowns(fit: &Fit, is_shown: impl Fn(Id) -> bool) -> Table {
             largest.map_or(String::new(), |(source, error)| format!("{source}, ± {}", plain(*error, 2))),
         ])
     };
-    let rows = fit.unknowns.iter().filter(|unknown| is_shown(unknown.id)).filter_map(row);
-    Table::new(["", "estimate", "error", "prior pull", "largest part of the error"], rows)
+    fit.unknowns.iter().filter(|unknown| is_shown(unknown.id)).filter_map(row).collect()
 }
 
 /// Returns the parameters that have a column: those of some fit, without the ratios of the balls,
@@ -186,12 +176,13 @@ pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
     if let Some(interval) = estimate.lopsided().filter(|_| estimate.status == Status::Free) {
         return with_interval(estimate.value, interval);
     }
-    match (estimate.status, estimate.std_error) {
-        (Status::Free, Some(error)) if error.is_finite() => with_error(estimate.value, error),
-        (Status::Free, _) => format!("{value} (no error)"),
-        (Status::Fixed, _) => format!("{value} (fixed)"),
-        (Status::AtLowerBound, _) => format!("{value} (at lower bound)"),
-        (Status::AtUpperBound, _) => format!("{value} (at upper bound)"),
-        (Status::NotIdentified, _) => "–".to_owned(),
-    }
+    let mark = match (estimate.status, estimate.std_error) {
+        (Status::Free, Some(error)) if error.is_finite() => return with_error(estimate.value, error),
+        (Status::Free, _) => "no error",
+        (Status::Fixed, _) => "fixed",
+        (Status::AtLowerBound, _) => "at lower bound",
+        (Status::AtUpperBound, _) => "at upper bound",
+        (Status::NotIdentified, _) => return "–".to_owned(),
+    };
+    format!("{value} ({mark})")
 }

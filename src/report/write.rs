@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use super::{ReportError, content, csv, document, fit, label, plot};
+use super::{ReportError, csv, document, fit, plot};
 use crate::fit::Fit;
 
 /// Returns the folder of all fits of one data set below `out`.
@@ -19,23 +19,24 @@ pub(crate) fn fit_folder(fits: &[Fit], out: &Path) -> PathBuf {
 /// Writes the fits of one data set below `out`, each label into a folder of its own, after all have
 /// been rendered.
 pub fn write(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
-    let names = group_folders(&fits.iter().map(label).collect::<Vec<_>>());
+    let labels: Vec<String> = fits.iter().map(|fit| fit.label().unwrap_or_default().to_owned()).collect();
+    let names = group_folders(&labels);
     let folder = fit_folder(fits, out);
-    let mut rendered = Vec::new();
+    let mut staged = Vec::new();
     for (fit, name) in fits.iter().zip(&names) {
-        let own = if fit.group.is_some() { folder.join(name) } else { folder.clone() };
-        rendered.push(of_fit(fit, &own)?);
+        staged.push(of_fit(fit, if fit.group.is_some() { folder.join(name) } else { folder.clone() })?);
     }
     if fits.iter().any(|fit| fit.group.is_some()) {
-        let page = content::html(&fit::of_labels(fits, &names))?;
-        rendered.push(Staged::new(&folder)?.add(REPORT, page)?);
+        staged.push(Staged::new(&folder)?.add(REPORT, fit::page_of_labels(fits, &names)?)?);
     }
-    rendered.into_iter().try_for_each(Staged::put_report)
+    staged.into_iter().try_for_each(Staged::put_report)
 }
 
-/// The files of a fit for people and for programs, and all files that a report may have.
+/// The files of a fit for people and for programs.
 const REPORT: &str = "report.html";
 const FIT: &str = "fit.json";
+
+/// All files that a report may have.
 const NAMES: [&str; 9] = [
     REPORT,
     FIT,
@@ -50,8 +51,8 @@ const NAMES: [&str; 9] = [
 
 /// Stages the files of the report of a fit. fit.json is the last, so that a program which waits for
 /// it finds the others.
-fn of_fit(fit: &Fit, folder: &Path) -> Result<Staged, ReportError> {
-    let mut staged = Staged::new(folder)?
+fn of_fit(fit: &Fit, folder: PathBuf) -> Result<Staged, ReportError> {
+    let mut staged = Staged::new(&folder)?
         .stream("residuals.csv", |to| csv::write_residuals(fit, to))?
         .add("shots.csv", csv::shots(fit))?
         .figure("residuals", &plot::residuals(fit))?;
@@ -75,13 +76,12 @@ pub(crate) struct Staged {
 
 impl Staged {
     pub(crate) fn new(folder: &Path) -> Result<Self, ReportError> {
-        // On the same file system as the folder, so that moving is atomic; inside it would be, too,
-        // but what a killed run leaves behind would then sit among the results.
-        let parent =
-            folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        // beside the folder, so that moving is atomic and a killed run leaves nothing among results
+        let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
+        let parent = parent.unwrap_or(Path::new("."));
         fs::create_dir_all(parent).map_err(failed(parent))?;
-        let staging =
-            tempfile::Builder::new().prefix(".caromfit-").tempdir_in(parent).map_err(failed(parent))?;
+        let staging = tempfile::Builder::new().prefix(".caromfit-").tempdir_in(parent);
+        let staging = staging.map_err(failed(parent))?;
         Ok(Self { folder: folder.to_path_buf(), staging, names: Vec::new() })
     }
 
@@ -101,13 +101,13 @@ impl Staged {
         write: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>,
     ) -> Result<Self, ReportError> {
         let path = self.staging.path().join(name);
-        let write = |file: File| {
+        let written = File::create(&path).and_then(|file| {
             let mut buffer = BufWriter::new(file);
             write(&mut buffer)?;
-            buffer.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
-        };
+            buffer.into_inner()?.sync_all()
+        });
+        written.map_err(failed(&path))?;
         self.names.push(name.to_owned());
-        File::create(&path).and_then(write).map_err(failed(&path))?;
         Ok(self)
     }
 
@@ -127,16 +127,14 @@ impl Staged {
     /// found it first: what is kept under version control does not change with every run.
     fn put_report(mut self) -> Result<(), ReportError> {
         let is_old = |name: &&str| self.names.iter().all(|written| written != name);
-        let old: Vec<PathBuf> = NAMES.into_iter().filter(is_old).map(|name| self.folder.join(name)).collect();
+        let old = NAMES.into_iter().filter(is_old).map(|name| self.folder.join(name));
+        let old: Vec<PathBuf> = old.filter(|path| path.exists()).collect();
         let [now, stored] = [self.staging.path(), &self.folder].map(|at| fs::read_to_string(at.join(FIT)));
-        if let (Ok(now), Ok(stored)) = (now, stored)
-            && document::is_same_result(&now, &stored)
-        {
+        if now.is_ok_and(|now| stored.is_ok_and(|stored| document::is_same_result(&now, &stored))) {
             self.names.retain(|name| name != FIT);
         }
         self.put()?;
-        let mut old = old.iter().filter(|path| path.exists());
-        old.try_for_each(|path| fs::remove_file(path).map_err(failed(path)))
+        old.iter().try_for_each(|path| fs::remove_file(path).map_err(failed(path)))
     }
 }
 

@@ -8,33 +8,22 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::measurement::dataset::{self as measured, Before, Dataset, Measured, Measurement};
-use crate::measurement::observable::{Axis, Observable};
-use crate::measurement::spin::Spin;
+use crate::measurement::dataset::Dataset;
+use crate::measurement::parameter::Settings;
 use crate::measurement::written::written_by_name;
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{Coefficients, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome};
 use crate::physics::contact_frame::cue_velocity;
 use crate::physics::name::worded;
 use crate::problem::predict;
-use crate::simulate::cue_ball;
+use crate::simulate::{self, Spec, SynthError};
 
 /// Collisions of rigid balls to 25 digits, made independently (tests/reference/SOURCE.md).
 const TABLE: &str = include_str!("../../tests/reference/collisions.json");
-
-/// One shot of the study: the cue ball before the impact, in the collision frame, and the
-/// coefficients.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Shot {
-    cue: BallState,
-    coefficients: Coefficients,
-}
 
 /// The distribution of an error over the shots.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
@@ -104,41 +93,26 @@ pub(crate) struct Row {
     pub(crate) model: Errors,
 }
 
-/// Returns seeded shots as on a table, without what is measured after the impact: 0.5 to 5 m/s,
-/// cuts up to 70°, natural roll, stun, draw or side spin.
-pub fn dataset(count: usize, seed: u64) -> Dataset {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let exact = |value| Measured { value, sd: None };
-    let after = [Observable::CueVelocity, Observable::ObjectVelocity].into_iter().flat_map(|of| {
-        [Axis::X, Axis::Y].map(|axis| Measurement { observable: of(axis), measured: exact(0.0) })
-    });
-    let after: Vec<Measurement> = after.collect();
-    let shot = |number: usize| {
-        let (speed, cut) = (rng.random_range(0.5..5.0), rng.random_range(-70_f64..70.0).to_radians());
-        let share: f64 = rng.random();
-        let spins = match number % 4 {
-            0 => [1.0, 0.0],
-            1 => [0.0, 0.0],
-            2 => [-share, 0.0],
-            _ => [share, rng.random_range(-1.0..1.0)],
-        };
-        let cue = cue_ball(speed, cut, spins, Ball::POOL.radius);
-        let velocity = [exact(cue.velocity.x), exact(cue.velocity.y)];
-        let before = Before::Impact { normal: [exact(1.0), exact(0.0)], velocity };
-        let spin = Spin::Measured { spin: cue.spin, sd: [None; 3] };
-        measured::Shot::new((number + 1).to_string(), before, spin, after.clone())
-    };
-    Dataset::new("accuracy", Ball::POOL, (0..count).map(shot).collect())
+/// Returns seeded shots as on a table, without noise: natural roll, stun, draw and side spin.
+///
+/// # Errors
+/// The number of shots is out of its range, or temporary files cannot be written.
+pub fn dataset(count: u32, seed: u64) -> Result<Dataset, SynthError> {
+    let Coefficients { mu, mu_s, e } = Settings::default().coefficients();
+    let spec: Spec = format!(
+        "name = \"accuracy\"\nkind = \"impacts\"\nseed = {seed}\ntruth = {{ mu = {mu:?}, mu_s = {mu_s:?}, e = {e:?} }}\n\
+         [shots]\ncount = {count}\nspeed_m_s = [0.5, 5.0]\ncut_deg = [-70.0, 70.0]\n\
+         cue_spin = [\"natural-roll\", \"stun\", \"draw\", \"side\"]\n"
+    )
+    .parse()?;
+    simulate::dataset(&spec)
 }
 
-/// Returns the shots of a data set that can be computed, at the initial values of its parameters.
-pub fn shots(dataset: &Dataset) -> Vec<Shot> {
-    let coefficients = dataset.settings.coefficients();
-    let model = dataset.model(Fidelity::Full);
-    let shot = |shot: &measured::Shot| {
-        Some(Shot { cue: predict(shot, &model, &coefficients).ok()?.cue, coefficients })
-    };
-    dataset.shots.iter().filter_map(shot).collect()
+/// Returns the cue ball of each shot of a data set that can be computed, in the collision frame.
+pub fn cue_balls(dataset: &Dataset) -> Vec<BallState> {
+    let (coefficients, model) = (dataset.settings.coefficients(), dataset.model(Fidelity::Full));
+    let shots = dataset.shots.iter();
+    shots.filter_map(|shot| Some(predict(shot, &model, &coefficients).ok()?.cue)).collect()
 }
 
 /// Returns the errors of `full` on the collisions of pool balls in the reference table.
@@ -163,14 +137,16 @@ fn errors_of_full() -> Errors {
     spreads(&errors)
 }
 
-/// Runs every fidelity over the shots; `kappa` is the κ of a compliant contact.
+/// Runs every fidelity over the shots of a data set, at the initial values of its parameters;
+/// `kappa` is the κ of a compliant contact.
 ///
 /// # Errors
 /// A shot is not a collision.
-pub(crate) fn study(shots: &[Shot], ball: Ball, kappa: f64) -> Result<Vec<Row>, NotACollision> {
+pub(crate) fn study(dataset: &Dataset, shots: &[BallState], kappa: f64) -> Result<Vec<Row>, NotACollision> {
+    let (ball, coefficients) = (dataset.ball, dataset.settings.coefficients());
     let all = |model: &Model| -> Result<Vec<Outcome>, NotACollision> {
         let model = Model { tolerance: MIN_TOLERANCE, ..*model };
-        shots.iter().map(|shot| model.collide(&shot.cue, &shot.coefficients)).collect()
+        shots.iter().map(|cue| model.collide(cue, &coefficients)).collect()
     };
     let contact = Model { kappa, ..Model::new(Fidelity::Contact, ball) };
     let compliant = Model { kappa, ..Model::new(Fidelity::Ode, ball) };
@@ -179,11 +155,11 @@ pub(crate) fn study(shots: &[Shot], ball: Ball, kappa: f64) -> Result<Vec<Row>, 
     let (with_compliance, with_everything) = (all(&compliant)?, all(&contact)?);
     let row = |model: Model, includes: Includes| {
         let outcomes: Vec<Option<Outcome>> =
-            shots.iter().map(|shot| model.collide(&shot.cue, &shot.coefficients).ok()).collect();
+            shots.iter().map(|cue| model.collide(cue, &coefficients).ok()).collect();
         let against = |reference: &[Outcome]| {
             let each = shots.iter().zip(&outcomes).zip(reference);
-            let errors = each.filter_map(|((shot, outcome), reference)| {
-                Some(errors_of(shot.cue.velocity.norm(), ball.radius, outcome.as_ref()?, reference))
+            let errors = each.filter_map(|((cue, outcome), reference)| {
+                Some(errors_of(cue.velocity.norm(), ball.radius, outcome.as_ref()?, reference))
             });
             spreads(&errors.collect::<Vec<_>>())
         };
@@ -191,7 +167,7 @@ pub(crate) fn study(shots: &[Shot], ball: Ball, kappa: f64) -> Result<Vec<Row>, 
             fidelity: model.fidelity,
             tolerance: model.fidelity.is_integrated().then_some(model.tolerance),
             includes,
-            seconds: timed(&model, shots),
+            seconds: timed(&model, shots, &coefficients),
             numerical: match includes {
                 Includes::AsFull if model.fidelity == Fidelity::Full => Some(errors_of_full()),
                 Includes::AsFull => Some(against(&exact)),
@@ -215,14 +191,14 @@ pub(crate) fn study(shots: &[Shot], ball: Ball, kappa: f64) -> Result<Vec<Row>, 
 }
 
 /// Returns seconds per collision: the fastest of the passes over all shots within 0.1 s.
-fn timed(model: &Model, shots: &[Shot]) -> f64 {
+fn timed(model: &Model, shots: &[BallState], coefficients: &Coefficients) -> f64 {
     let begun = Instant::now();
     let mut least = f64::INFINITY;
     while begun.elapsed().as_secs_f64() < 0.1 {
         let pass = Instant::now();
-        for shot in shots {
+        for cue in shots {
             // a failure has taken its time too
-            let _ = black_box(model.collide(black_box(&shot.cue), black_box(&shot.coefficients)));
+            let _ = black_box(model.collide(black_box(cue), black_box(coefficients)));
         }
         least = least.min(pass.elapsed().as_secs_f64());
     }

@@ -149,29 +149,3 @@ pub(crate) fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
         seconds: begun.elapsed().as_secs_f64(),
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::studies::accuracy;
-
-    /// Returns the largest bias of a fit in standard errors.
-    fn worst(row: &Row) -> f64 {
-        let found = row.parameters.values();
-        found.filter_map(|found| Some(found.bias?.abs() / found.std_error?)).fold(0.0, f64::max)
-    }
-
-    #[test]
-    fn contact_finds_its_own_truth_and_coarser_fidelities_do_not() {
-        let dataset = noise_free(&accuracy::dataset(24, 3), Model::KAPPA);
-        let [inelastic, _, full, _, _, contact, _] = FITTED;
-        // the Jacobian of `contact` is one of differences, which the end of the fit shows
-        let contact = bias(&dataset, contact).unwrap();
-        assert!(contact.parameters.values().all(|found| found.std_error.is_some()) && worst(&contact) < 1e-2);
-        // a rigid contact takes the throw of a compliant one for more friction
-        let mu = bias(&dataset, full).unwrap().parameters["mu"];
-        assert!(mu.bias.unwrap().abs() > mu.std_error.unwrap(), "{mu:?}");
-        // and a fidelity without friction does not estimate it
-        assert_eq!(bias(&dataset, inelastic).unwrap().parameters["mu"].bias, None);
-    }
-}

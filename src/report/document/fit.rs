@@ -10,7 +10,7 @@ use crate::fit::{
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::physics::ball::Ball;
 use crate::problem::{self, Budget, Severity, Status};
-use crate::report::{ascii, reduced_chi2};
+use crate::report::ascii;
 
 /// Numbers that were found of a film, by their names.
 pub(crate) type FilmEntry = ByName<Number>;
@@ -74,7 +74,7 @@ document! {
         /// Degrees of freedom.
         dof: usize = fit.dof,
         /// chi2/dof.
-        reduced_chi2: Option<f64> = reduced_chi2(fit).and_then(finite),
+        reduced_chi2: Option<f64> = (fit.dof > 0).then(|| fit.chi2 / fit.dof as f64).and_then(finite),
         /// The camera of a film as it was fitted, and other findings on the film. A correction of 0
         /// (of scale and aspect 1) has no effect. estimate and std_error; of dropped_frames the
         /// number of shots with drops and of drops; of left_out_at_impacts the number of frames
@@ -305,24 +305,19 @@ fn interval(ends: Option<[f64; 2]>) -> Option<[f64; 2]> {
 
 /// Returns the camera as it was fitted, and what else was found of a film.
 fn film(found: &FoundCamera) -> ByName<FilmEntry> {
-    let entry = |numbers: [(&str, Option<Number>); 2]| {
-        let known = numbers.into_iter().filter_map(|(name, number)| Some((name.to_owned(), number?)));
-        known.collect::<FilmEntry>()
-    };
     let estimate = |value, std_error| {
-        entry([("estimate", Number::from_f64(value)), ("std_error", Number::from_f64(std_error))])
+        [("estimate", Number::from_f64(value)), ("std_error", Number::from_f64(std_error))]
     };
-    let counts = |names: [&'static str; 2], counts: [usize; 2]| {
-        entry([0, 1].map(|i| (names[i], Some(counts[i].into()))))
-    };
-    let mut film = named(&found.corrections, |own| (own.which.name(), estimate(own.value, own.std_error)));
-    let correlation = found.noise_correlation.map(|value| estimate(value, f64::NAN));
-    film.extend(correlation.map(|entry| ("noise_correlation".to_owned(), entry)));
-    film.insert("resolution_m".to_owned(), estimate(0.0, f64::NAN));
-    film.insert("dropped_frames".to_owned(), counts(["shots", "drops"], found.drops));
-    let spoiled = found.spoiled.map(|spoiled| counts(["before", "after"], spoiled));
-    film.extend(spoiled.map(|entry| ("left_out_at_impacts".to_owned(), entry)));
-    film
+    let counts =
+        |names: [&'static str; 2], counts: [usize; 2]| [0, 1].map(|i| (names[i], Some(counts[i].into())));
+    let mut all: Vec<(&str, [(&str, Option<Number>); 2])> =
+        each(&found.corrections, |own| (own.which.name(), estimate(own.value, own.std_error)));
+    all.extend(found.noise_correlation.map(|value| ("noise_correlation", estimate(value, f64::NAN))));
+    all.push(("resolution_m", estimate(0.0, f64::NAN)));
+    all.push(("dropped_frames", counts(["shots", "drops"], found.drops)));
+    all.extend(found.spoiled.map(|spoiled| ("left_out_at_impacts", counts(["before", "after"], spoiled))));
+    let known = |(key, number): &(&str, Option<Number>)| Some(((*key).to_owned(), number.clone()?));
+    named(&all, |(name, numbers)| (name, numbers.iter().filter_map(known).collect()))
 }
 
 /// Returns the parts of a standard error, the largest first.

@@ -33,18 +33,17 @@ pub(in crate::report) struct Tracks<'a> {
 /// middle.
 pub(in crate::report) fn of_balls<'a>(film: &FittedFilm, impact: &'a Impact) -> Tracks<'a> {
     let [before, cue, object] = impact.speeds();
-    let summary = format!(
-        "cue ball {before:.3} → {cue:.3} m/s, object ball {object:.3} m/s, noise {:.3} mm, χ²/dof {:.2}, {} left out",
-        1e3 * impact.position_sd,
-        impact.reduced_chi2,
-        count_of(impact.outliers, "frame"),
-    );
+    let (noise, chi2) = (1e3 * impact.position_sd, impact.reduced_chi2);
+    let left_out = count_of(impact.outliers, "frame");
     let middle = film.solution.middle.map(|middle| middle * film.solution.unit);
     let in_film = move |place: [f64; 2]| [place[0] + middle[0], place[1] + middle[1]];
     Tracks {
         name: &impact.shot.name,
         seen: impact.seen.each_ref().map(|seen| seen.iter().map(|(t, at)| (*t, in_film(*at))).collect()),
-        summary,
+        summary: format!(
+            "cue ball {before:.3} → {cue:.3} m/s, object ball {object:.3} m/s, noise {noise:.3} mm, χ²/dof {chi2:.2}, \
+             {left_out} left out"
+        ),
         names: ["cue ball", "object ball"],
         time: impact.time,
         clock: ("time from the impact (ms)", 1e-3),
@@ -109,8 +108,7 @@ impl Tracks<'_> {
         let mut figure = Figure::new(format!("shot {}", self.name));
         figure.say(&self.summary);
         figure.series = self.names.map(str::to_owned).to_vec();
-        figure.add_rows(600, 1, vec![plan]);
-        figure.add_rows(300, 2, vec![self.residuals(0), self.residuals(1)]);
+        figure.rows = vec![(600, vec![plan]), (300, vec![self.residuals(0), self.residuals(1)])];
         figure
     }
 

@@ -7,8 +7,11 @@ mod others;
 mod render;
 mod residuals;
 
-use plotters::prelude::RGBColor;
+use plotters::prelude::*;
+use serde::{Serialize, Serializer};
+use serde_json::json;
 
+use super::templates::for_script;
 pub(super) use axis::ends;
 use axis::{Axis, Scale};
 pub(super) use films::{Tracks, all_shots, of_balls};
@@ -16,11 +19,10 @@ pub(super) use others::{accuracy, contours, design, discs, forest};
 pub(super) use residuals::{of_comparison, residuals};
 
 /// Width of a figure, pixels.
-pub(super) const WIDTH: u32 = 1200;
+const WIDTH: u32 = 1200;
 
-/// Names of axes that several figures have.
+/// Name of an axis that several figures have.
 const CUT_AXIS: &str = "cut angle φ (°)";
-const SPEED_AXIS: &str = "cue-ball speed before impact (m/s)";
 
 /// Colours of axes and texts, of what is less important, of areas behind the data, and of warnings.
 const INK: RGBColor = RGBColor(20, 20, 20);
@@ -44,7 +46,7 @@ fn color(series: usize) -> RGBColor {
 }
 
 /// A figure: rows of panels below a title, with their heights in pixels.
-#[derive(Clone, Debug, Default)]
+#[derive(Default)]
 pub(super) struct Figure {
     title: String,
     /// Lines below the title, with their colours.
@@ -52,7 +54,7 @@ pub(super) struct Figure {
     /// The name of each series.
     series: Vec<String>,
     /// The meaning of the points.
-    pub(super) labels: Vec<Label>,
+    labels: Vec<Label>,
     pub(super) rows: Vec<(u32, Vec<Panel>)>,
 }
 
@@ -74,16 +76,29 @@ impl Figure {
     }
 }
 
+/// As SVG, with its measured points as JSON; as null without panels.
+impl Serialize for Figure {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if self.rows.is_empty() {
+            return serializer.serialize_none();
+        }
+        let (svg, spots) = self.svg().map_err(serde::ser::Error::custom)?;
+        let spots =
+            (!spots.is_empty()).then(|| for_script(&json!({ "spots": spots, "labels": self.labels })));
+        json!({ "svg": svg, "spots": spots }).serialize(serializer)
+    }
+}
+
 /// The meaning of a measured point: its shot, and the quantity with its residual.
-#[derive(Clone, Debug, serde::Serialize)]
-pub(super) struct Label {
+#[derive(Clone, Serialize)]
+struct Label {
     shot: String,
     words: String,
 }
 
 /// A panel: marks in one coordinate system, the first behind all others. The axes reach beyond all
 /// that are finite; infinite ones end at the frame.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(super) struct Panel {
     title: String,
     /// The meaning of its marks, below the title.
@@ -101,7 +116,7 @@ impl Panel {
     }
 
     fn line(&mut self, points: impl IntoIterator<Item = [f64; 2]>, color: RGBColor, width: u32) {
-        self.marks.push(Mark::Line { points: points.into_iter().collect(), color, width });
+        self.marks.push(Mark::Path(points.into_iter().collect(), color.stroke_width(width)));
     }
 
     /// Adds a thin line across the panel at a value of y.
@@ -113,8 +128,14 @@ impl Panel {
         self.marks.push(Mark::Points(points.into_iter().collect()));
     }
 
+    /// Adds points of a series with lines between.
+    fn curve(&mut self, places: &[[f64; 2]], series: usize) {
+        self.line(places.iter().copied(), color(series), 2);
+        self.points(places.iter().map(|at| Point::new(*at, series)));
+    }
+
     fn area(&mut self, outline: impl IntoIterator<Item = [f64; 2]>, color: RGBColor) {
-        self.marks.push(Mark::Area { outline: outline.into_iter().collect(), color });
+        self.marks.push(Mark::Path(outline.into_iter().collect(), color.filled()));
     }
 
     /// Adds an area between two values of x and two of y.
@@ -124,15 +145,15 @@ impl Panel {
 }
 
 /// A mark in a panel, in the units of its axes.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 enum Mark {
     Points(Vec<Point>),
-    Line { points: Vec<[f64; 2]>, color: RGBColor, width: u32 },
-    Area { outline: Vec<[f64; 2]>, color: RGBColor },
+    /// A line, or the outline of a filled area.
+    Path(Vec<[f64; 2]>, ShapeStyle),
 }
 
 /// A measured point.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 struct Point {
     at: [f64; 2],
     /// Its standard deviation along y, drawn as a bar.
@@ -150,9 +171,9 @@ impl Point {
         Self { at, sd: None, series, opacity: 1.0, label: None }
     }
 
-    /// Returns the ends of its bar.
-    fn bar(&self) -> Option<[[f64; 2]; 2]> {
-        let [x, y] = self.at;
-        self.sd.filter(|sd| axis::is_drawable(*sd)).map(|sd| [[x, y - sd], [x, y + sd]])
+    /// Returns the ends of its bar; its own place without one.
+    fn bar(&self) -> [[f64; 2]; 2] {
+        let sd = self.sd.filter(|sd| axis::is_drawable(*sd)).unwrap_or(0.0);
+        [-sd, sd].map(|end| [self.at[0], self.at[1] + end])
     }
 }

@@ -190,8 +190,7 @@ fn errors(design: &Design, parameter: Parameter, speeds: &[Option<f64>]) -> Pane
             .collect();
         // a gap if it is not determined
         for part in places.split(Option::is_none).filter(|part| !part.is_empty()) {
-            panel.line(part.iter().flatten().copied(), color(kind), 2);
-            panel.points(part.iter().flatten().map(|at| Point::new(*at, kind)));
+            panel.curve(&part.iter().flatten().copied().collect::<Vec<_>>(), kind);
         }
     }
     panel
@@ -225,12 +224,11 @@ pub(in crate::report) fn accuracy(rows: &[Row]) -> Figure {
                 error.is_finite().then(|| [(1e6 * row.seconds).log10(), error.max(LEAST_DRAWN).log10()])
             });
             let places: Vec<[f64; 2]> = places.collect();
-            match places[..] {
-                // how far its accuracy reaches
-                [[_, y]] => panel.horizontal(y),
-                _ => panel.line(places.iter().copied(), color(index), 2),
+            // how far its accuracy reaches
+            if let [[_, y]] = places[..] {
+                panel.horizontal(y);
             }
-            panel.points(places.into_iter().map(|at| Point::new(at, index)));
+            panel.curve(&places, index);
         }
         panel
     });

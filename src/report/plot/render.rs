@@ -44,24 +44,31 @@ type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorTy
 impl Figure {
     /// Returns the figure as SVG text, with the places of the measured points.
     pub(in crate::report) fn svg(&self) -> Result<(String, Vec<Spot>), ReportError> {
-        let (mut text, mut spots) = (String::new(), Vec::new());
-        let area = SVGBackend::with_string(&mut text, (WIDTH, self.height())).into_drawing_area();
-        self.draw(&area, &mut spots).map_err(|error| ReportError::of_drawing(&self.title, error))?;
-        drop(area);
+        let mut text = String::new();
+        let spots = self.drawn_on(SVGBackend::with_string(&mut text, self.size()))?;
         Ok((text, spots))
     }
 
     pub(in crate::report) fn png(&self) -> Result<Vec<u8>, ReportError> {
-        let size = (WIDTH, self.height());
+        let size = self.size();
         let mut pixels = vec![255; 3 * size.0 as usize * size.1 as usize];
-        let area = BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area();
-        self.draw(&area, &mut Vec::new()).map_err(|error| ReportError::of_drawing(&self.title, error))?;
-        drop(area);
-        encoded(&pixels, size).map_err(|error| ReportError::of_drawing(&self.title, error))
+        self.drawn_on(BitMapBackend::with_buffer(&mut pixels, size))?;
+        encoded(&pixels, size).map_err(|error| self.failed(error))
     }
 
-    fn height(&self) -> u32 {
-        self.head().unsigned_abs() + self.rows.iter().map(|(height, _)| height).sum::<u32>()
+    fn drawn_on<DB: DrawingBackend>(&self, backend: DB) -> Result<Vec<Spot>, ReportError> {
+        let mut spots = Vec::new();
+        self.draw(&backend.into_drawing_area(), &mut spots).map_err(|error| self.failed(error))?;
+        Ok(spots)
+    }
+
+    fn failed(&self, error: impl std::fmt::Display) -> ReportError {
+        ReportError(format!("the figure of {} cannot be drawn: {error}", self.title))
+    }
+
+    /// Returns width and height, pixels.
+    fn size(&self) -> (u32, u32) {
+        (WIDTH, self.head().unsigned_abs() + self.rows.iter().map(|(height, _)| height).sum::<u32>())
     }
 
     /// Returns the height of title, lines and legend, pixels.
@@ -74,7 +81,7 @@ impl Figure {
     fn head_lines(&self) -> Vec<(String, RGBColor)> {
         let wrap = |(line, color): &(String, RGBColor)| {
             let color = *color;
-            wrapped(line, SMALL_TEXT, ROOM, 3).into_iter().map(move |part| (part, color))
+            wrapped(line, ROOM, 3).into_iter().map(move |part| (part, color))
         };
         self.lines.iter().flat_map(wrap).collect()
     }
@@ -145,11 +152,8 @@ impl Panel {
     /// Returns the points of all marks, which the axes hold: bars with both ends.
     fn extent(&self) -> Vec<[f64; 2]> {
         let of_mark = |mark: &Mark| match mark {
-            Mark::Points(points) => {
-                let bars = points.iter().filter_map(Point::bar).flatten();
-                points.iter().map(|point| point.at).chain(bars).collect()
-            }
-            Mark::Line { points, .. } | Mark::Area { outline: points, .. } => points.clone(),
+            Mark::Points(points) => points.iter().flat_map(Point::bar).collect(),
+            Mark::Path(points, _) => points.clone(),
         };
         self.marks.iter().flat_map(of_mark).filter(|place| place.iter().all(|x| is_drawable(*x))).collect()
     }
@@ -160,7 +164,7 @@ impl Panel {
         let mut top = 16;
         let title = shortened(&self.title, MEDIUM, wide - 8);
         area.draw_text(&title, &style(MEDIUM, INK).pos(MIDDLE), (wide / 2, top))?;
-        for line in wrapped(&self.about, SMALL_TEXT, wide - 20, usize::MAX) {
+        for line in wrapped(&self.about, wide - 20, usize::MAX) {
             top += LINE - 2;
             area.draw_text(&line, &style(SMALL_TEXT, GREY).pos(MIDDLE), (wide / 2, top))?;
         }
@@ -228,24 +232,21 @@ fn draw_mark<DB: DrawingBackend>(
 ) -> Drawn<DB> {
     let corner = area.get_base_pixel();
     let pairs = |points: &[[f64; 2]]| points.iter().map(|point| (*point).into()).collect::<Vec<_>>();
-    match mark {
-        Mark::Points(points) => {
-            for point in points.iter().filter(|point| point.at.iter().all(|x| is_drawable(*x))) {
-                if let Some(bar) = point.bar() {
-                    let color = color(point.series).mix(0.8 * point.opacity);
-                    plane.draw(&PathElement::new(pairs(&bar), color))?;
-                }
-                let (x, y) = plane.map_coordinate(&point.at.into());
-                marker(area, (x - corner.0, y - corner.1), point)?;
-                spots.extend(point.label.map(|label| Spot(x, y, label)));
-            }
-            Ok(())
+    let points = match mark {
+        Mark::Points(points) => points,
+        Mark::Path(points, style) if style.filled => return plane.draw(&Polygon::new(pairs(points), *style)),
+        Mark::Path(points, style) => return plane.draw(&PathElement::new(pairs(points), *style)),
+    };
+    for point in points.iter().filter(|point| point.at.iter().all(|x| is_drawable(*x))) {
+        if point.sd.is_some() {
+            let color = color(point.series).mix(0.8 * point.opacity);
+            plane.draw(&PathElement::new(pairs(&point.bar()), color))?;
         }
-        Mark::Line { points, color, width } => {
-            plane.draw(&PathElement::new(pairs(points), color.stroke_width(*width)))
-        }
-        Mark::Area { outline, color } => plane.draw(&Polygon::new(pairs(outline), color.filled())),
+        let (x, y) = plane.map_coordinate(&point.at.into());
+        marker(area, (x - corner.0, y - corner.1), point)?;
+        spots.extend(point.label.map(|label| Spot(x, y, label)));
     }
+    Ok(())
 }
 
 fn marker<DB: DrawingBackend>(area: &Area<DB>, (x, y): (i32, i32), point: &Point) -> Drawn<DB> {
@@ -294,29 +295,28 @@ fn shortened(text: &str, size: f64, limit: i32) -> String {
     format!("{}…", short.trim_end())
 }
 
-/// Returns up to `most` lines no wider than `limit` pixels, broken between words.
-fn wrapped(text: &str, size: f64, limit: i32, most: usize) -> Vec<String> {
+/// Returns up to `most` lines of small text no wider than `limit` pixels, broken between words.
+fn wrapped(text: &str, limit: i32, most: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_inclusive(' ').take(300) {
         let is_last = lines.len() == most;
         match lines.last_mut() {
-            Some(line) if is_last || width(&format!("{line}{word}"), size) <= limit => line.push_str(word),
+            Some(line) if is_last || width(&format!("{line}{word}"), SMALL_TEXT) <= limit => {
+                line.push_str(word)
+            }
             _ => lines.push(word.to_owned()),
         }
     }
-    lines.iter().map(|line| shortened(line.trim_end(), size, limit)).collect()
+    lines.iter().map(|line| shortened(line.trim_end(), SMALL_TEXT, limit)).collect()
 }
 
 fn encoded(pixels: &[u8], (width, height): (u32, u32)) -> Result<Vec<u8>, png::EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::Default);
     // flat colours compress best unfiltered
     encoder.set_filter(png::FilterType::NoFilter);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(pixels)?;
-    writer.finish()?;
+    encoder.write_header()?.write_image_data(pixels)?;
     Ok(bytes)
 }

@@ -1,31 +1,26 @@
 //! residuals.svg and residuals.png, of a fit and of a comparison: what a reader looks at before
 //! believing it.
 
+use indexmap::IndexMap;
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
 use super::axis::{ends, is_drawable};
 use super::others::budget;
-use super::{ALARM, Axis, BAND, CUT_AXIS, Figure, GREY, INK, Label, Panel, Point, SPEED_AXIS, Scale};
+use super::{ALARM, Axis, BAND, CUT_AXIS, Figure, GREY, INK, Label, Panel, Point, Scale};
 use crate::compare::Comparison;
 use crate::fit::{Fit, FittedFilm, Residual};
 use crate::measurement::number::count_of;
 use crate::report::terminal::{estimate, with_unit};
 use crate::report::{budgets, chi2_words, speed_unit, title};
 
-/// Height of a row of panels, pixels.
-const ROW: u32 = 400;
-
-/// Name of the axis of standardized residuals.
+/// Names of axes.
 const STANDARDIZED: &str = "(measured − predicted) / sd";
+const SPEED_AXIS: &str = "cue-ball speed before impact (m/s)";
 
 /// Returns the residuals of a fit below its title, estimates, χ², and what the reader must know
 /// first.
 pub(in crate::report) fn residuals(fit: &Fit) -> Figure {
-    let mut observed = Observed::default();
-    match &fit.frames {
-        Some(film) => observed.add_film(film),
-        None => observed.add_table(fit),
-    }
+    let observed = fit.frames.as_ref().map_or_else(|| Observed::of_table(fit), Observed::of_film);
     let speed_axis = fit.discs.map_or(SPEED_AXIS.to_owned(), |discs| {
         format!("speed of the first disc before impact ({})", speed_unit(&discs))
     });
@@ -36,55 +31,47 @@ pub(in crate::report) fn residuals(fit: &Fit) -> Figure {
     if !is_noise_alone || panels.is_empty() && !budgets.is_empty() {
         panels.push(budget(&budgets));
     }
-    let mut figure = observed.figure(title(fit), panels);
-    figure.lines.splice(0..0, summary(fit).map(|line| (line, GREY)));
-    let warnings = fit.warnings();
-    figure.lines.extend(warnings.first().map(|first| {
-        let more =
-            if warnings.len() > 1 { format!("(+{} more) ", warnings.len() - 1) } else { String::new() };
-        (format!("{more}{first}"), ALARM)
-    }));
-    figure
-}
-
-/// Returns the residuals of all labels of a comparison, each in its colour.
-pub(in crate::report) fn of_comparison(comparison: &Comparison) -> Figure {
-    let mut observed = Observed { series: comparison.labels.clone(), ..Observed::default() };
-    for residual in &comparison.residuals {
-        let shot = comparison.shot_name(residual);
-        observed.add_residual(&shot, residual.label, f64::NAN, &residual.of_shot);
-    }
-    observed.figure("Residuals of the joint fit".to_owned(), observed.against(SPEED_AXIS))
-}
-
-fn summary(fit: &Fit) -> [String; 2] {
     let estimates = fit.estimates.iter().map(|one| {
         let value = with_unit(&estimate(fit, one), one.parameter.unit());
         let equal = if value.starts_with(['≥', '≤', '–']) { "" } else { "= " };
         format!("{} {equal}{value}", one.parameter.symbol())
     });
-    [
-        estimates.collect::<Vec<_>>().join(",   "),
-        format!("model {},   {},   {}", fit.fidelity, count_of(fit.shots_used, "shot"), chi2_words(fit)),
-    ]
+    let estimates = estimates.collect::<Vec<_>>().join(",   ");
+    let shots = count_of(fit.shots_used, "shot");
+    let model = format!("model {},   {shots},   {}", fit.fidelity, chi2_words(fit));
+    let mut figure = observed.figure(title(fit), panels);
+    figure.lines.splice(0..0, [(estimates, GREY), (model, GREY)]);
+    let warnings = fit.warnings();
+    let more = if warnings.len() > 1 { format!("(+{} more) ", warnings.len() - 1) } else { String::new() };
+    figure.lines.extend(warnings.first().map(|first| (format!("{more}{first}"), ALARM)));
+    figure
+}
+
+/// Returns the residuals of all labels of a comparison, each in its colour.
+pub(in crate::report) fn of_comparison(comparison: &Comparison) -> Figure {
+    let mut observed = Observed::new(comparison.labels.iter());
+    for residual in &comparison.residuals {
+        let shot = comparison.shot_name(residual);
+        observed.add_residual(&comparison.labels[residual.label], &shot, f64::NAN, &residual.of_shot);
+    }
+    let panels = observed.against(SPEED_AXIS);
+    observed.figure("Residuals of the joint fit".to_owned(), panels)
 }
 
 /// A standardized residual.
-#[derive(Clone, Copy, Debug)]
 struct Value {
     series: usize,
     standardized: f64,
     /// Cut angle (degrees), speed, and number of the shot; NaN if unknown.
     against: [f64; 3],
+    label: Label,
 }
 
-/// All numbers of a fit or of a comparison, a label for each.
-#[derive(Default)]
+/// All numbers of a fit or of a comparison.
 struct Observed {
-    /// The name of each measured quantity, or of each label.
-    series: Vec<String>,
+    /// The name of each measured quantity, or of each label, and how many values it has.
+    series: IndexMap<String, usize>,
     values: Vec<Value>,
-    labels: Vec<Label>,
 }
 
 /// Names of the velocities after the impact in the frame of the collision.
@@ -96,59 +83,62 @@ const IN_COLLISION_FRAME: [&str; 4] = [
 ];
 
 impl Observed {
-    /// Adds the velocities after each impact of a film, in the frame of the collision.
-    fn add_film(&mut self, film: &FittedFilm) {
-        self.series = IN_COLLISION_FRAME.map(str::to_owned).to_vec();
+    fn new(series: impl Iterator<Item = impl ToString>) -> Self {
+        Self { series: series.map(|name| (name.to_string(), 0)).collect(), values: Vec::new() }
+    }
+
+    /// Returns the velocities after each impact of a film, in the frame of the collision.
+    fn of_film(film: &FittedFilm) -> Self {
+        let mut observed = Self::new(IN_COLLISION_FRAME.iter());
         for (i, shot) in film.names().into_iter().enumerate() {
             let (Some(motion), Some(offsets)) = (film.solution.motion(i), film.solution.offsets(0, i)) else {
                 continue;
             };
             let against = [motion.cut.to_degrees(), motion.speed, i as f64 + 1.0];
-            for (series, name) in IN_COLLISION_FRAME.into_iter().enumerate() {
-                let (off, sd) = (offsets.values[series], offsets.covariance[(series, series)].sqrt());
-                self.add(shot, name, Value { series, standardized: off / sd, against });
+            for (k, name) in IN_COLLISION_FRAME.into_iter().enumerate() {
+                let standardized = offsets.values[k] / offsets.covariance[(k, k)].sqrt();
+                observed.add(name, shot, name, standardized, against);
             }
         }
+        observed
     }
 
-    fn add_table(&mut self, fit: &Fit) {
-        let shots = fit.residuals.chunk_by(|one, next| one.shot == next.shot);
-        for (i, residual) in shots.enumerate().flat_map(|(i, own)| own.iter().map(move |one| (i, one))) {
-            let name = residual.observable.label();
-            let series = self.series.iter().position(|known| known == name).unwrap_or_else(|| {
-                self.series.push(name.to_owned());
-                self.series.len() - 1
-            });
-            self.add_residual(&residual.shot, series, i as f64 + 1.0, residual);
+    fn of_table(fit: &Fit) -> Self {
+        let mut observed = Self::new(std::iter::empty::<&str>());
+        for (i, of_shot) in fit.residuals.chunk_by(|one, next| one.shot == next.shot).enumerate() {
+            for residual in of_shot {
+                observed.add_residual(residual.observable.label(), &residual.shot, i as f64 + 1.0, residual);
+            }
         }
+        observed
     }
 
-    fn add_residual(&mut self, shot: &str, series: usize, order: f64, residual: &Residual) {
-        let Residual { observable, standardized, cut, speed, .. } = *residual;
-        let against = [cut.to_degrees(), speed.unwrap_or(f64::NAN), order];
-        self.add(shot, observable.label(), Value { series, standardized, against });
+    fn add_residual(&mut self, series: &str, shot: &str, order: f64, residual: &Residual) {
+        let against = [residual.cut.to_degrees(), residual.speed.unwrap_or(f64::NAN), order];
+        self.add(series, shot, residual.observable.label(), residual.standardized, against);
     }
 
     /// Adds a residual that has a standard deviation.
-    fn add(&mut self, shot: &str, quantity: &str, value: Value) {
-        if !is_drawable(value.standardized) {
-            return;
+    fn add(&mut self, series: &str, shot: &str, quantity: &str, standardized: f64, against: [f64; 3]) {
+        let entry = self.series.entry(series.to_owned());
+        let series = entry.index();
+        let count = entry.or_insert(0);
+        if is_drawable(standardized) {
+            *count += 1;
+            let words = format!("{quantity}, {standardized:+.2} standard deviations");
+            let label = Label { shot: shot.to_owned(), words };
+            self.values.push(Value { series, standardized, against, label });
         }
-        let words = format!("{quantity}, {:+.2} standard deviations", value.standardized);
-        self.labels.push(Label { shot: shot.to_owned(), words });
-        self.values.push(value);
     }
 
-    fn figure(&self, title: String, panels: Vec<Panel>) -> Figure {
-        let count = |series: usize| self.values.iter().filter(|value| value.series == series).count();
-        let names = self.series.iter().enumerate();
+    fn figure(self, title: String, panels: Vec<Panel>) -> Figure {
         let mut figure = Figure::new(title);
-        figure.series = names.map(|(i, name)| format!("{name} ({})", count(i))).collect();
-        figure.labels.clone_from(&self.labels);
         if self.values.is_empty() {
             figure.say("No residual has a standard deviation.");
         }
-        figure.add_rows(ROW, 3, panels);
+        figure.series = self.series.iter().map(|(name, count)| format!("{name} ({count})")).collect();
+        figure.labels = self.values.into_iter().map(|value| value.label).collect();
+        figure.add_rows(400, 3, panels);
         figure
     }
 
@@ -164,11 +154,8 @@ impl Observed {
         }
         // at which overlapping points can still be distinguished
         let opacity = (8.0 / (places.len() as f64).sqrt()).clamp(0.25, 0.85);
-        panel.points(places.into_iter().map(|(i, at)| Point {
-            opacity,
-            label: Some(i),
-            ..Point::new(at, self.values[i].series)
-        }));
+        let point = |(i, at)| Point { opacity, label: Some(i), ..Point::new(at, self.values[i].series) };
+        panel.points(places.into_iter().map(point));
     }
 
     /// Returns a panel of standardized residuals against each quantity that is known and differs.
@@ -219,12 +206,10 @@ impl Observed {
         };
         let low = places.iter().filter_map(|i| edge(*i, 0.025));
         let high = places.iter().rev().filter_map(|i| edge(*i, 0.975));
-        let mut panel = Panel::new(
-            "Are the residuals normal?",
-            "line: normal; band: 95 % of samples",
-            Axis::with("quantile of the normal distribution", Scale::Symmetric(1.5)),
-            Axis::with(STANDARDIZED, Scale::Symmetric(2.5)),
-        );
+        let x = Axis::with("quantile of the normal distribution", Scale::Symmetric(1.5));
+        let y = Axis::with(STANDARDIZED, Scale::Symmetric(2.5));
+        let about = "line: normal; band: 95 % of samples";
+        let mut panel = Panel::new("Are the residuals normal?", about, x, y);
         panel.area(low.chain(high), BAND);
         panel.line([[-end, -end], [end, end]], INK, 1);
         let at = |(place, i): (usize, &usize)| (*i, [quantile(place), self.values[*i].standardized]);
