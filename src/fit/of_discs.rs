@@ -68,8 +68,8 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         effects: effects.list().to_vec(),
         disc_shots: impacts.clone(),
         scatter: Some(Scatter {
-            restitution: found.scatter[Component::Restitution as usize],
-            impulse_ratio: found.scatter[Component::Ratio as usize],
+            restitution: found.scatter[0],
+            impulse_ratio: found.scatter[1],
             is_estimated: shots >= LEAST_SHOTS,
         }),
         camera: Some(FoundCamera::of_film(solution)),
@@ -98,12 +98,12 @@ fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
         let slip_of_law = slip.filter(|_| is_law_shown);
         let ratio = slip_of_law.and_then(|slip| solution.impulse_ratio([closing, slip * closing]));
         let all = [
-            (Observable::Restitution, Quantity::Restitution, Component::Restitution, Some(e)),
-            (Observable::ImpulseRatio, Quantity::ImpulseRatio, Component::Ratio, ratio),
+            (Observable::Restitution, Quantity::Restitution, scatter[0], Some(e)),
+            (Observable::ImpulseRatio, Quantity::ImpulseRatio, scatter[1], ratio),
         ];
-        let rows = all.into_iter().filter_map(|(observable, quantity, component, law)| {
+        let rows = all.into_iter().filter_map(|(observable, quantity, scatter, law)| {
             let Measured { value, sd } = impact.get(quantity)?;
-            Some((observable, [value, value - law?, sd?.hypot(scatter[component as usize]).powi(2)]))
+            Some((observable, [value, value - law?, sd?.hypot(scatter).powi(2)]))
         });
         let (observables, rows): (Vec<_>, Vec<[f64; 3]>) = rows.unzip();
         let column = |place: usize| DVector::from_iterator(rows.len(), rows.iter().map(|row| row[place]));
@@ -181,9 +181,9 @@ fn notes(DiscFit { solution, impacts, scatter, .. }: &DiscFit) -> Vec<String> {
     let unseen = impacts.iter().filter(|impact| impact.get(Quantity::SlipBefore).is_none()).count();
     notes.extend(notes::rotation(unseen, impacts.len()));
     notes.extend(notes::slowing(solution));
-    let others = Component::ALL.into_iter().zip(scatter).skip(Component::Momentum as usize);
+    let others = Component::ALL.iter().zip(scatter).skip(2);
     let others = others.filter(|(_, sd)| **sd > 0.0);
-    let others: Vec<String> = others.map(|(of, sd)| format!("{} {sd:.2e}", of.name())).collect();
+    let others: Vec<String> = others.map(|(of, sd)| format!("{} {sd:.2e}", of.name)).collect();
     if !others.is_empty() {
         notes.push(format!(
             "Beyond the noise of the frames shots differ, too, in {}; errors include it.",

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use super::block::{DiscBlock, ShotFrames};
+use super::block::{DiscBlock, ShotFrames, places_of_inputs};
 use super::impact::{DiscImpact, find_doubts};
 use super::lines::LEAST;
-use super::motion::{INPUTS, MOVING, locate};
-use super::own::{self, CORE, LAW, LEAST_SHOTS};
+use super::motion::{INPUTS, locate};
+use super::own::{self, LAW, LEAST_SHOTS};
 use super::quantities::Quantity;
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::problem::block::Block;
@@ -21,7 +21,7 @@ use crate::problem::policy::Policy;
 use crate::problem::problem::{Problem, State};
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
-use crate::problem::unknowns::{Id, Mode, SHARED, Shared};
+use crate::problem::unknowns::{Mode, Shared};
 
 /// Rounds of leaving out shots, and of descents that did not end at a minimum.
 pub(super) const ROUNDS: usize = 3;
@@ -97,7 +97,6 @@ pub(super) fn measure(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDisc
     for id in LAW {
         unknowns[id as usize].mode = Mode::Fixed;
     }
-    unknowns[Id::Kappa as usize].start = 0.0;
     let reaches = if own.len() < LEAST_SHOTS { &REACHES[..] } else { &REACHES[..REACHES.len() - 1] };
     let mut state = State { own: vec![own], shared: Shared::starts(&unknowns) };
     let mut problem = Problem::of_one(Block::Discs(block), unknowns);
@@ -249,14 +248,13 @@ fn list_impacts(solution: &Solution, film: (f64, Point)) -> Result<Vec<DiscImpac
     let reduced = end.eliminate(&solution.problem, 0.0).ok_or(FilmError::Undetermined)?;
     let of_shot = |i: usize| {
         let (shot, own) = (&block.shots[i], &end.state.own[0][i]);
-        let paths = block.follow(i, own, &end.state.shared)?;
+        let motion = block.follow(i, own, &end.state.shared)?;
         // the covariance of the inputs of the motion
         let all = solution.covariance.shot_covariance(&reduced, (0, i), &end.shots[0][i].held);
-        let shared = all.nrows() - SHARED;
-        let places: Vec<usize> = (0..CORE).chain(MOVING.map(|id| shared + id as usize)).collect();
+        let places = places_of_inputs(own.len());
         let inputs = all.select_rows(&places).select_columns(&places);
         let inputs = inputs.fixed_view::<INPUTS, INPUTS>(0, 0);
-        let mut values = paths.quantities(shot, &block.discs).map(|quantity| {
+        let mut values = motion.quantities(shot, &block.discs).map(|quantity| {
             let (value, by) = (quantity?.re, gradient(&quantity?));
             Some(Measured { value, sd: Some(by.dot(&(inputs * by)).max(0.0).sqrt()) })
         });
@@ -285,11 +283,11 @@ fn list_impacts(solution: &Solution, film: (f64, Point)) -> Result<Vec<DiscImpac
             window,
             touching: shot.touching,
             outliers: shot.outliers,
-            radii: paths.radii.map(|radius| radius.re),
+            radii: motion.radii.map(|radius| radius.re),
             stuck: shot.stuck,
             doubts: Vec::new(),
             paths: PicturePaths::new(
-                paths.pieces.each_ref().map(|sides| &sides[..]),
+                motion.pieces.each_ref().map(|sides| &sides[..]),
                 |at, late| (at.try_into().map_or(Point::zeros(), |at| locate::<f64>(at, late, None)), 0.0),
                 own[own::TIME],
                 Camera::new(&end.state.shared),

@@ -3,7 +3,8 @@
 use num_dual::DualNum;
 
 use super::block::ShotFrames;
-use super::motion::{Dual, DualVector, Paths, slip};
+use super::motion::{Dual, Motion};
+use super::own;
 use crate::physics::disc::Discs;
 use crate::physics::name::worded;
 
@@ -85,31 +86,13 @@ impl Quantity {
     pub const COUNT: usize = Self::ALL.len();
 }
 
-impl Paths {
-    /// Returns the components of a vector along n and t.
-    fn along(&self, vector: &DualVector) -> [Dual; 2] {
-        let (sin, cos) = self.direction.sin_cos();
-        [vector.x * cos + vector.y * sin, vector.y * cos - vector.x * sin]
-    }
-
-    /// Returns g before (0) and after (1) the impact, along n and t.
-    fn relative(&self, side: usize) -> [Dual; 2] {
-        let [first, second] = self.velocities;
-        self.along(&(second[side] - first[side]))
-    }
-
-    /// Returns e and J_t/J_n.
-    pub fn outcome(&self) -> [Dual; 2] {
-        let ([g_n, g_t], [h_n, h_t]) = (self.relative(0), self.relative(1));
-        [-h_n / g_n, (h_t - g_t) / (h_n - g_n)]
-    }
-
+impl Motion {
     /// Returns each [`Quantity`] in its order if the frames of the shot show it.
     pub(super) fn quantities(&self, shot: &ShotFrames, discs: &Discs) -> [Option<Dual>; Quantity::COUNT] {
-        let Self { velocities, spins, radii, .. } = self;
-        let [[g_n, g_t], [_, h_t]] = [0, 1].map(|side| self.relative(side));
+        let Self { own, velocities, spins, radii, .. } = self;
         let change = |disc: usize| self.along(&(velocities[disc][1] - velocities[disc][0]));
         let ([u_n, u_t], [v_n, v_t]) = (change(0), change(1));
+        let [[parting, slip], [parting_after, slip_after]] = [0, 1].map(|side| self.relative(side));
         let stated = discs.masses.map(|[first, second]| Dual::from_re(second / first));
         let mass_ratio = stated.unwrap_or(-u_n / v_n);
         // νRΔω; J_n/m₁ = −Δu_n, J_n/m₂ = Δv_n
@@ -124,15 +107,12 @@ impl Paths {
             };
             of(0) + mass_ratio * of(1)
         });
-        let [slip_before, slip_after] = [(g_t, 0), (h_t, 1)]
-            .map(|(across, side)| slip(&across, radii, &[spins[0][side], spins[1][side]]));
         let if_both = |value: Dual| (shot.turns == [true; 2]).then_some(value);
         let if_across = |value: Dual| shot.flat.is_none().then_some(value);
         let if_slip = |value: Dual| shot.knows_slip.then_some(value);
-        let [e, ratio] = self.outcome();
         let head = [
-            Some(e),
-            if_across(ratio),
+            Some(-parting_after / parting),
+            if_across((v_t - u_t) / (v_n - u_n)),
             // Δω = −R J_t/(νMR²)
             shot.turns[0].then(|| first / u_n),
             shot.turns[1].then(|| -second / v_n),
@@ -141,17 +121,17 @@ impl Paths {
             if_across((u_t + mass_ratio * v_t) / -u_n),
             if_both(angular / (-u_n * (radii[0] + radii[1]))),
             if_both(-after / before + 1.0),
-            Some(-g_n),
-            if_slip(slip_before / -g_n),
-            if_slip(slip_before),
+            Some(-parting),
+            if_slip(-slip / parting),
+            if_slip(slip),
             if_both(slip_after),
-            Some(self.direction.cos()),
-            Some(self.direction.sin()),
+            Some(own[own::DIRECTION].cos()),
+            Some(own[own::DIRECTION].sin()),
             Some(self.distance),
         ];
         let velocity = [0, 1].map(|side| velocities.map(|of| [Some(of[side].x), Some(of[side].y)]));
         let spin = [0, 1].map(|disc| spins[disc].map(|spin| shot.turns[disc].then_some(spin)));
-        let tail = velocity.into_iter().flatten().chain(spin).flatten().chain([Some(self.time)]);
+        let tail = velocity.into_iter().flatten().chain(spin).flatten().chain([Some(own[own::TIME])]);
         let mut all = head.into_iter().chain(tail);
         std::array::from_fn(|_| all.next().flatten())
     }
