@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DVector, SVector};
-use num_dual::DualSVec64;
+use nalgebra::DVector;
 
 use super::lines::Stuck;
-use super::motion::{COEFFICIENTS, Friction, INPUTS, MOVING, Motion, follow, locate};
+use super::motion::{COEFFICIENTS, Dual, Friction, MOVING, Motion, follow, locate};
 use super::own::{self, CORE, Component, spreads};
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::{Camera, Point};
@@ -96,42 +95,40 @@ impl DiscBlock {
         follow(&self.shots[i], own, shared, &self.discs)
     }
 
-    /// Returns the used frames of each track of shot `i`, whitened; an empty list if the discs do
-    /// not approach.
-    pub(super) fn sights(&self, i: usize, own: &Own, shared: &Shared) -> Vec<Vec<Sight<ROW>>> {
-        let Some(motion) = self.follow(i, own, shared) else { return Vec::new() };
-        self.shots[i].tracks.iter().map(|track| self.look(i, track, &motion, own, shared)).collect()
-    }
-
-    /// Returns the used frames of a track of shot `i`, whitened. Errors before the impact and after
-    /// it count as independent: the frames between are left out.
-    fn look(
+    /// Returns the used frames of each track of shot `i`, whitened. Errors before the impact and
+    /// after it count as independent: the frames between are left out.
+    pub(super) fn sights(
         &self,
         i: usize,
-        track: &PointTrack,
         motion: &Motion,
         own: &Own,
         shared: &Shared,
-    ) -> Vec<Sight<ROW>> {
+    ) -> Vec<Vec<Sight<ROW>>> {
         let dual = |i: usize, value: f64| constant::<POINT>(value).derivative(i);
-        let time = dual(COEFFICIENTS, own[own::TIME]);
-        let marker = track.marker.map(|[direction, radius]| {
-            [dual(COEFFICIENTS + 1, own[direction]), dual(COEFFICIENTS + 2, own[radius])]
-        });
-        let pieces = motion.pieces[track.disc].each_ref().map(|piece| -> [DualSVec64<POINT>; COEFFICIENTS] {
-            std::array::from_fn(|i| dual(i, piece.at[i]))
-        });
-        let camera = Camera::new(shared);
-        let [x, y] = [0, 1].map(|axis| self.noise_of(i)[2 * track.disc + axis]);
-        whiten(&track.frames, ([x.rho, y.rho], self.shots[i].fps), false, |frame| {
-            let side = usize::from(frame.time > own[own::TIME]);
-            let late = -time + frame.time + camera.delay(frame.seen);
-            let place = locate(&pieces[side], late, marker);
-            let (by_x, by_y) = (gradient(&place.x), gradient(&place.y));
-            let seen = camera.look(Point::new(place.x.re, place.y.re), 0.0);
-            let by: [Point; POINT] = std::array::from_fn(|i| seen.by_place * Point::new(by_x[i], by_y[i]));
-            (side, rows(frame, seen, &by, -by[COEFFICIENTS], Point::new(x.sd, y.sd)))
-        })
+        let (instant, camera) = (own[own::TIME], Camera::new(shared));
+        let of_track = |PointTrack { disc, marker, frames }: &PointTrack| {
+            let marker = marker.map(|[direction, radius]| {
+                [dual(COEFFICIENTS + 1, own[direction]), dual(COEFFICIENTS + 2, own[radius])]
+            });
+            let pieces = motion.pieces[*disc]
+                .each_ref()
+                .map(|piece| -> [_; COEFFICIENTS] { std::array::from_fn(|i| dual(i, piece.at[i])) });
+            let [x, y] = [0, 1].map(|axis| self.noise_of(i)[2 * disc + axis]);
+            whiten(frames, ([x.rho, y.rho], self.shots[i].fps), false, |frame| {
+                let side = usize::from(frame.time > instant);
+                let late = dual(COEFFICIENTS, frame.time - instant + camera.delay(frame.seen));
+                let place = locate(&pieces[side], late, marker);
+                let (by_x, by_y) = (gradient(&place.x), gradient(&place.y));
+                let seen = camera.look(Point::new(place.x.re, place.y.re), 0.0);
+                let mut by: [Point; POINT] =
+                    std::array::from_fn(|i| seen.by_place * Point::new(by_x[i], by_y[i]));
+                // the instant is earlier if the frame is later
+                let by_time = by[COEFFICIENTS];
+                by[COEFFICIENTS] = -by_time;
+                (side, rows(frame, seen, &by, by_time, Point::new(x.sd, y.sd)))
+            })
+        };
+        self.shots[i].tracks.iter().map(of_track).collect()
     }
 
     /// Returns the sums of shot `i`, with what is known of its own unknowns.
@@ -143,8 +140,7 @@ impl DiscBlock {
         let mut total = Contribution::empty(count, SHARED, self.noise.len());
         total.sticks = shot.stuck.is_some();
         let inputs = places_of_inputs(count);
-        for track in &shot.tracks {
-            let sights = self.look(i, track, &motion, own, shared);
+        for (track, sights) in shot.tracks.iter().zip(self.sights(i, &motion, own, shared)) {
             // without a marker its derivatives are 0
             let [direction, radius] = track.marker.unwrap_or([own::TIME; 2]);
             let of_camera = (0..CAMERA).map(|i| count + PHYSICS + i);
@@ -168,31 +164,28 @@ impl DiscBlock {
     pub(super) fn deviations(&self, i: usize, own: &Own, shared: &Shared) -> Vec<Scattered> {
         let (mut all, count) = (Vec::new(), own.len());
         let Some(motion) = self.follow(i, own, shared).filter(|_| self.has_law) else { return all };
-        let number = |spread: usize, value: f64, by: SVector<f64, INPUTS>, by_shared: &[(Id, f64)]| {
-            let mut all = DVector::zeros(count + SHARED);
-            for (place, by) in places_of_inputs(count).into_iter().zip(&by) {
-                all[place] = *by;
+        let number = |spread: usize, off: Dual, by_law: &[(Id, f64)]| {
+            let mut by = DVector::zeros(count + SHARED);
+            for (place, by_input) in places_of_inputs(count).into_iter().zip(&gradient(&off)) {
+                by[place] = *by_input;
             }
-            for (id, by) in by_shared {
-                all[count + *id as usize] = *by;
+            for (id, by_unknown) in by_law {
+                by[count + *id as usize] = *by_unknown;
             }
-            Scattered { spread, place: own::RESTITUTION + spread, value, by: all }
+            Scattered { spread, place: own::RESTITUTION + spread, value: off.re, by }
         };
         let [parting, slip] = motion.relative(0);
         let (closing, e, ratio) = (-parting, motion.own[own::RESTITUTION], motion.own[own::RATIO]);
-        let by_closing = gradient(&closing);
-        let (value, by) = (
-            e.re - shared[Id::E] + shared[Id::ESlope] * closing.re,
-            gradient(&e) + by_closing * shared[Id::ESlope],
-        );
-        all.push(number(0, value, by, &[(Id::E, -1.0), (Id::ESlope, closing.re)]));
+        let off = e - shared[Id::E] + closing * shared[Id::ESlope];
+        all.push(number(0, off, &[(Id::E, -1.0), (Id::ESlope, closing.re)]));
         if let Some(law) = Friction::new([closing.re, slip.re, e.re], shared, self.discs.inertia)
             && self.shows_friction(i)
         {
-            let by = by_closing * law.by[0] + gradient(&slip) * law.by[1] + gradient(&e) * law.by[2];
-            let by_shared: Vec<(Id, f64)> =
+            let inputs = [closing, slip, e].into_iter().zip(law.by);
+            let off = inputs.fold(ratio - law.ratio, |off, (input, by)| off - (input - input.re) * by);
+            let by_law: Vec<_> =
                 Friction::UNKNOWNS.into_iter().zip(law.by[3..].iter().map(|by| -by)).collect();
-            all.push(number(1, ratio.re - law.ratio, gradient(&ratio) - by, &by_shared));
+            all.push(number(1, off, &by_law));
         }
         all
     }
@@ -217,22 +210,21 @@ impl DiscBlock {
             };
             all.extend(places.clone().map(|place| (place, prior)));
         }
-        let mut held = Vec::new();
+        let mut hold = |places: &[usize]| {
+            all.retain(|(place, _)| !places.contains(place));
+            all.extend(places.iter().map(|place| (*place, OwnPrior::Held)));
+        };
         if let Some(axis) = shot.flat {
             // no motion across the film
-            held.extend([own::X, own::VELOCITY, own::VELOCITY + 2].map(|first| first + axis));
-            held.extend([own::DIRECTION, own::RATIO, own::MOMENTUM + 1, own::LEAD]);
+            hold(&[own::X, own::VELOCITY, own::VELOCITY + 2].map(|first| first + axis));
+            hold(&[own::DIRECTION, own::RATIO, own::MOMENTUM + 1, own::LEAD]);
         }
         if shot.stuck.is_some() {
-            held.extend([own::RESTITUTION, own::SPIN_RATIO, own::SPIN_RATIO + 1, own::LEAD]);
+            hold(&[own::RESTITUTION, own::SPIN_RATIO, own::SPIN_RATIO + 1, own::LEAD]);
         }
         for disc in (0..2).filter(|disc| !shot.turns[*disc]) {
-            held.extend([own::SPIN + disc, own::SPIN_RATIO + disc]);
+            hold(&[own::SPIN + disc, own::SPIN_RATIO + disc]);
         }
-        all.retain(|(place, _)| !held.contains(place));
-        held.sort_unstable();
-        held.dedup();
-        all.extend(held.into_iter().map(|place| (place, OwnPrior::Held)));
         all
     }
 

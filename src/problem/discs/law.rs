@@ -50,15 +50,10 @@ pub(crate) struct DiscFit {
     pub(crate) solution: Solution,
     /// The measurements of each shot without a law.
     pub(crate) impacts: Vec<DiscImpact>,
-    /// Standard deviation from shot to shot of each [`Component`], 0 if the frames do not show it.
-    pub(crate) scatter: [f64; Component::ALL.len()],
     /// Other minima that are nearly as likely, with the difference of −2 log L as that of their χ².
     pub(crate) others: Vec<Evaluation>,
     /// Unknowns that were held since the shots do not determine them.
     pub(crate) undetermined: Vec<Id>,
-    /// Degrees of freedom of Student's t for intervals, as scatter is known from these shots alone;
-    /// `None` for a single shot, whose errors are those of its frames.
-    pub(crate) dof: Option<f64>,
 }
 
 /// Fits the films of discs of a data set.
@@ -77,16 +72,15 @@ pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, F
         return Err(FilmError::NoImpact(free.left_out));
     }
     let mut shots = Shots { policy, settings: &dataset.settings, free };
-    shots.keep(&keep);
-    let mut fits = shots.choose_law()?;
-    for _ in 0..ROUNDS {
+    let mut fits = Vec::new();
+    for round in 0..=ROUNDS {
+        let names = shots.keep(&keep);
+        shots.free.findings.extend((round > 0).then_some(Finding::LostShots { names }));
+        fits = shots.choose_law()?;
         keep = judge_shots(&fits[0], policy)?;
         if !keep.contains(&false) {
             break;
         }
-        let names = shots.keep(&keep);
-        shots.free.findings.push(Finding::LostShots { names });
-        fits = shots.choose_law()?;
     }
     let mut best = fits.remove(0);
     let rivals = fits.into_iter().map(|other| (unlikely(&other) - unlikely(&best), other.at));
@@ -114,17 +108,10 @@ pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, F
     if !best.converged {
         shots.free.findings.push(Finding::NotConverged);
     }
-    let block = best.problem.discs().ok_or(FilmError::NoFilm)?;
-    let count = block.shots.len();
-    let scattered: Vec<usize> =
-        best.at.shots[0].iter().flat_map(|shot| &shot.scattered).map(|number| number.spread).collect();
-    let scatter =
-        std::array::from_fn(|which| if scattered.contains(&which) { block.spreads[which].sd } else { 0.0 });
     let others = rivals.into_iter().map(|(rise, at)| at.costing(best.at.cost + rise)).collect();
-    let dof = (count > 1).then_some(count as f64 - 1.0);
     let Solution { findings, left_out, unit, middle, .. } = shots.free;
     let solution = Solution { findings, left_out, unit, middle, ..best };
-    Ok(DiscFit { solution, impacts, scatter, others, undetermined, dof })
+    Ok(DiscFit { solution, impacts, others, undetermined })
 }
 
 /// The shots that the law is fitted to.
@@ -159,15 +146,13 @@ impl Shots<'_> {
         block.is_some_and(|block| block.shots.iter().filter(|shot| shot.knows_slip).count() > 1)
     }
 
-    /// Fits a rigid contact and a compliant one, as far as they are possible; returns the minima of
-    /// the likelier one, the likeliest first.
+    /// Fits the contact as stated, or else a rigid one, and a compliant one if that is open; returns
+    /// the minima of the likelier one, the likeliest first.
     fn choose_law(&mut self) -> Result<Vec<Solution>, FilmError> {
-        let (shots, compliance) = (self.free.names[0].len(), self.settings.compliance);
-        if compliance == Compliance::Stated && self.show_law() {
-            return self.fit_law(true);
-        }
+        let shots = self.free.names[0].len();
         let rigid = self.fit_law(false)?;
-        if compliance != Compliance::Auto || shots < LEAST_SHOTS || !self.show_law() {
+        let is_open = self.settings.compliance == Compliance::Auto;
+        if !is_open || shots < LEAST_SHOTS || !self.show_law() {
             return Ok(rigid);
         }
         let compliant = self.fit_law(true)?;
@@ -176,12 +161,8 @@ impl Shots<'_> {
         if fall <= self.policy.cause {
             return Ok(rigid);
         }
-        self.free.findings.push(Finding::Compliance {
-            kappa: compliant[0].value(Id::Kappa),
-            shots,
-            fall,
-            adopted: true,
-        });
+        let kappa = compliant[0].value(Id::Kappa);
+        self.free.findings.push(Finding::Compliance { kappa, shots, fall, adopted: true });
         Ok(compliant)
     }
 
@@ -217,7 +198,7 @@ impl Shots<'_> {
         }
         let kappa = problem.unknown_mut(Id::Kappa);
         kappa.bounds[0] = kappa.bounds[0].max(LEAST_KAPPA);
-        if is_compliant && self.settings.compliance == Compliance::Auto {
+        if is_compliant {
             kappa.mode = Mode::Free;
         }
         if !self.show_law() {
@@ -258,9 +239,7 @@ impl Shots<'_> {
             starts.extend(all.min_by(|a, b| a.0.total_cmp(&b.0)));
         }
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let most = starts.first().map_or(0.0, |best| best.0 + LESS_LIKELY);
-        let likely = starts.into_iter().take(STARTS).filter(|(square, _)| *square <= most);
-        Ok(likely.map(|(_, state)| state).collect())
+        Ok(starts.into_iter().take(STARTS).map(|(_, state)| state).collect())
     }
 }
 
@@ -302,6 +281,19 @@ fn judge_shots(fit: &Solution, policy: &Policy) -> Result<Vec<bool>, FilmError> 
     let lost = keep.iter().filter(|keep| !**keep).count();
     let too_many = lost as f64 > policy.max_lost * keep.len() as f64;
     Ok(if too_many { vec![true; keep.len()] } else { keep })
+}
+
+impl DiscFit {
+    /// Returns the standard deviation from shot to shot of each [`Component`], 0 if the frames do not
+    /// show it.
+    pub(crate) fn scatter(&self) -> [f64; Component::ALL.len()] {
+        let mut scatter = [0.0; Component::ALL.len()];
+        let spreads = self.solution.problem.samples[0].block.spreads();
+        for number in self.solution.at.shots[0].iter().flat_map(|shot| &shot.scattered) {
+            scatter[number.spread] = spreads[number.spread].sd;
+        }
+        scatter
+    }
 }
 
 impl Solution {
