@@ -47,6 +47,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         deviations: deviations(&found),
     };
     let shots = solution.names[0].len();
+    let [restitution, impulse_ratio, ..] = found.scatter();
     let estimates = estimates(&common, &found);
     let diagnostics = diagnostics(&common, &found, &estimates);
     let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
@@ -67,11 +68,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         discs,
         effects: effects.list().to_vec(),
         disc_shots: impacts.clone(),
-        scatter: Some(Scatter {
-            restitution: found.scatter[Component::Restitution as usize],
-            impulse_ratio: found.scatter[Component::Ratio as usize],
-            is_estimated: shots >= LEAST_SHOTS,
-        }),
+        scatter: Some(Scatter { restitution, impulse_ratio, is_estimated: shots >= LEAST_SHOTS }),
         camera: Some(FoundCamera::of_film(solution)),
         ..common.bare(estimates, &solution.covariance, |_| true)
     };
@@ -87,7 +84,8 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
 /// Returns e and J_t/J_n of the shots that were fitted, less the law; the tangent of a cut angle is
 /// the slip over the closing speed, 0 if that is not known.
 fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
-    let DiscFit { solution, impacts, scatter, .. } = found;
+    let DiscFit { solution, impacts, .. } = found;
+    let scatter = found.scatter();
     // a single shot does not show the law that J_t/J_n would deviate from
     let is_law_shown = !found.undetermined.contains(&Id::Mu);
     let of_shot = |name: &String| {
@@ -98,12 +96,12 @@ fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
         let slip_of_law = slip.filter(|_| is_law_shown);
         let ratio = slip_of_law.and_then(|slip| solution.impulse_ratio([closing, slip * closing]));
         let all = [
-            (Observable::Restitution, Quantity::Restitution, Component::Restitution, Some(e)),
-            (Observable::ImpulseRatio, Quantity::ImpulseRatio, Component::Ratio, ratio),
+            (Observable::Restitution, Quantity::Restitution, scatter[0], Some(e)),
+            (Observable::ImpulseRatio, Quantity::ImpulseRatio, scatter[1], ratio),
         ];
-        let rows = all.into_iter().filter_map(|(observable, quantity, component, law)| {
+        let rows = all.into_iter().filter_map(|(observable, quantity, scatter, law)| {
             let Measured { value, sd } = impact.get(quantity)?;
-            Some((observable, [value, value - law?, sd?.hypot(scatter[component as usize]).powi(2)]))
+            Some((observable, [value, value - law?, sd?.hypot(scatter).powi(2)]))
         });
         let (observables, rows): (Vec<_>, Vec<[f64; 3]>) = rows.unzip();
         let column = |place: usize| DVector::from_iterator(rows.len(), rows.iter().map(|row| row[place]));
@@ -128,12 +126,19 @@ fn estimates(common: &Fitted, found: &DiscFit) -> Vec<Estimate> {
         solution: &found.solution,
         as_free: &found.solution.covariance,
         undetermined: found.undetermined.clone(),
-        quantiles: Quantiles::new(found.dof),
+        quantiles: Quantiles::new(dof(found)),
         others: &found.others,
         profiles: common.request.options.depth >= Depth::Intervals,
     };
     let of_law = common.parameters().into_iter().filter(|p| *p != Parameter::MuS && !p.is_of_balls());
     of_law.map(|p| known.estimate(p).unless_uninformed(&common.settings[p])).collect()
+}
+
+/// Returns the degrees of freedom of Student's t for intervals, as scatter is known from the shots
+/// alone; `None` for a single shot, whose errors are those of its frames.
+fn dof(found: &DiscFit) -> Option<f64> {
+    let shots = found.solution.names[0].len();
+    (shots > 1).then_some(shots as f64 - 1.0)
 }
 
 fn diagnostics(common: &Fitted, found: &DiscFit, estimates: &[Estimate]) -> Diagnostics {
@@ -152,7 +157,7 @@ fn diagnostics(common: &Fitted, found: &DiscFit, estimates: &[Estimate]) -> Diag
     let mut diagnostics = common.diagnostics(&parameters, undetermined, tested);
     (diagnostics.robust, diagnostics.has_rival) = (None, !found.others.is_empty());
     if common.request.options.depth >= Depth::Everything {
-        diagnostics.contours = contours(&common.solution, &common.solution.covariance, &of_law, found.dof);
+        diagnostics.contours = contours(&common.solution, &common.solution.covariance, &of_law, dof(found));
     }
     diagnostics
 }
@@ -169,7 +174,8 @@ fn chance(slope: &Slope, scores: &[Option<ShiftScore>]) -> Option<f64> {
 }
 
 /// Returns what is good to know of the fit of discs.
-fn notes(DiscFit { solution, impacts, scatter, .. }: &DiscFit) -> Vec<String> {
+fn notes(found: &DiscFit) -> Vec<String> {
+    let DiscFit { solution, impacts, .. } = found;
     let mut notes = Vec::new();
     let stuck = impacts.iter().filter(|impact| impact.stuck.is_some()).count();
     if stuck > 0 {
@@ -181,9 +187,9 @@ fn notes(DiscFit { solution, impacts, scatter, .. }: &DiscFit) -> Vec<String> {
     let unseen = impacts.iter().filter(|impact| impact.get(Quantity::SlipBefore).is_none()).count();
     notes.extend(notes::rotation(unseen, impacts.len()));
     notes.extend(notes::slowing(solution));
-    let others = Component::ALL.into_iter().zip(scatter).skip(Component::Momentum as usize);
-    let others = others.filter(|(_, sd)| **sd > 0.0);
-    let others: Vec<String> = others.map(|(of, sd)| format!("{} {sd:.2e}", of.name())).collect();
+    let others = Component::ALL.iter().zip(found.scatter()).skip(2);
+    let others = others.filter(|(_, sd)| *sd > 0.0);
+    let others: Vec<String> = others.map(|(of, sd)| format!("{} {sd:.2e}", of.name)).collect();
     if !others.is_empty() {
         notes.push(format!(
             "Beyond the noise of the frames shots differ, too, in {}; errors include it.",

@@ -27,10 +27,10 @@ impl Block {
     }
 
     /// Returns values of shot `i` after a step, within the bounds of its own unknowns.
-    pub fn bounded(&self, i: usize, from: (&Own, &Shared), own: Own, shared: &Shared) -> Own {
+    pub fn bounded(&self, i: usize, own: Own, shared: &Shared) -> Own {
         match self {
             Self::Film(film) => film.shots[i].spin.bounded(own, shared),
-            Self::Discs(discs) => discs.with_even_outcome(i, from, own, shared),
+            Self::Discs(_) => own,
             Self::Rows(rows) => rows.settle(i, own, shared),
         }
     }

@@ -7,9 +7,10 @@
 use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SMatrix, SVector};
 use num_dual::DualSVec64;
 
-use super::film::camera::{Camera, Point};
+use super::film::camera::{Camera, Point, Seen};
 use super::film::dual::gradient;
 use super::sums::{Contribution, NoiseSums};
+use super::unknowns::{Id, PHYSICS};
 
 /// Length of a residual, in standard deviations of a coordinate, beyond which it counts linearly
 /// (Huber 1964). A frame exceeds it by chance once in 3000.
@@ -130,6 +131,27 @@ pub(crate) fn whiten<const R: usize>(
         }
     }
     sights
+}
+
+/// Returns the rows of both coordinates of a frame in units of its noise from the body as it is
+/// predicted, with the derivatives of its place in the picture by other numbers and by time.
+pub(crate) fn rows<const R: usize>(
+    frame: &Frame,
+    mut seen: Seen,
+    by: &[Point],
+    by_time: Point,
+    sd: Point,
+) -> [SVector<f64, R>; 2] {
+    // a later reading sees the body further along its path
+    seen.by_camera[Id::ShutterX as usize - PHYSICS] = by_time * frame.seen.x;
+    seen.by_camera[Id::ShutterY as usize - PHYSICS] = by_time * frame.seen.y;
+    let scale = frame.weight.component_div(&sd);
+    let residual = seen.place - frame.seen;
+    let mut rows = [SVector::zeros(); 2];
+    for (i, column) in by.iter().chain(&seen.by_camera).chain([&residual]).enumerate() {
+        (rows[0][i], rows[1][i]) = (column.x * scale.x, column.y * scale.y);
+    }
+    rows
 }
 
 /// Places of the columns of rows among the unknowns of a shot and the residual: the inputs of the

@@ -45,13 +45,12 @@ mod sums;
 mod uncertainty;
 mod unknowns;
 
-pub use discs::impact::DiscImpact;
 #[cfg(feature = "report")]
 pub(crate) use discs::impact::Doubt;
+pub use discs::impact::{DiscImpact, Quantity};
 pub(crate) use discs::law::{DiscFit, fit_discs};
 pub(crate) use discs::measure::{MeasuredDiscs, measure_discs};
 pub(crate) use discs::own::Component;
-pub use discs::quantities::Quantity;
 pub(crate) use film::camera::Camera;
 pub use film::film_data::FilmError;
 pub(crate) use film::film_data::Modelling;

@@ -4,7 +4,7 @@
 
 use super::block::Block;
 use super::problem::{Eliminated, Evaluation, Problem, Reduced, Sample};
-use super::sums::{Noise, NoiseSums, OwnPrior, Spread};
+use super::sums::{Noise, NoiseSums, Spread};
 use super::uncertainty::Estimates;
 
 /// Largest correlation of neighbouring frames that is estimated.
@@ -81,11 +81,8 @@ pub(super) fn minus_two_log(problem: &Problem, at: &Evaluation) -> f64 {
     let of_sample = |(number, sample): (usize, &Sample)| {
         let block = &sample.block;
         let noises = if block.estimates_noise() { block.noises() } else { &[] };
-        let of_spread = |(_, prior): (usize, OwnPrior)| match prior {
-            OwnPrior::Spread(which) => 2.0 * block.spreads()[which].sd.ln(),
-            OwnPrior::Held | OwnPrior::Stated(_) => 0.0,
-        };
-        let of_spreads = (0..at.shots[number].len()).flat_map(|i| block.own_priors(i)).map(of_spread);
+        let scattered = at.shots[number].iter().flat_map(|shot| &shot.scattered);
+        let of_spreads = scattered.map(|number| 2.0 * block.spreads()[number.spread].sd.ln());
         at.noises(number).iter().zip(noises).map(of_noise).sum::<f64>() + of_spreads.sum::<f64>()
     };
     at.cost + problem.samples.iter().enumerate().map(of_sample).sum::<f64>()
@@ -183,18 +180,13 @@ fn estimate_spread(
     sample: usize,
     which: usize,
 ) -> f64 {
-    let block = &problem.samples[sample].block;
-    let Spread { sd: old, first, weight, least } = block.spreads()[which];
+    let Spread { sd: old, first, weight, least } = problem.samples[sample].block.spreads()[which];
     let mut squares = weight * first * first;
     let mut count = weight;
-    for (i, own) in at.state.own[sample].iter().enumerate() {
-        let priors = block.own_priors(i).into_iter();
-        let places = priors.filter(|(_, prior)| *prior == OwnPrior::Spread(which)).map(|(place, _)| place);
-        for place in places.filter(|place| !at.shots[sample][i].held[*place]) {
-            let by_shared = reduced.response(sample, i, &estimates.columns).row(place).transpose();
-            let variance = reduced.own[sample][i].covariance[(place, place)]
-                + by_shared.dot(&(&estimates.covariance * &by_shared));
-            squares += own[place] * own[place];
+    for (i, shot) in at.shots[sample].iter().enumerate() {
+        for number in shot.scattered.iter().filter(|number| number.spread == which) {
+            let variance = estimates.variance(reduced, (sample, i), &number.by);
+            squares += number.value * number.value;
             count += (1.0 - variance / (old * old)).max(0.0);
         }
     }

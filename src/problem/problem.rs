@@ -61,6 +61,14 @@ pub(crate) struct Eliminated {
     pub(crate) covariance: DMatrix<f64>,
 }
 
+impl Eliminated {
+    /// Returns the variance at given shared unknowns of a number with these derivatives.
+    pub(crate) fn variance(&self, by: &DVector<f64>) -> f64 {
+        let by = by.rows(0, self.covariance.ncols());
+        by.dot(&(&self.covariance * by))
+    }
+}
+
 /// Normal equations of the shared unknowns after elimination of the own ones.
 pub(crate) struct Reduced {
     /// Shared unknowns and the residual.
@@ -269,10 +277,12 @@ impl Evaluation {
             let mut sum = DMatrix::zeros(shared + 1, shared + 1);
             let mut of_sample = Vec::with_capacity(shots.len());
             for shot in shots {
+                let raised = (damping > 0.0).then(|| shot.raised(damping));
+                let shot = raised.as_ref().unwrap_or(shot);
                 let own = shot.held.len();
                 sum += shot.products.view((own, own), (shared + 1, shared + 1));
                 squares += shot.products[(own + shared, own + shared)];
-                let (matrix, beside) = shot.own_system(damping, own);
+                let (matrix, beside) = shot.own_system(own);
                 let cholesky = matrix.cholesky()?;
                 let response = cholesky.solve(&beside);
                 sum.gemm_tr(-1.0, &beside, &response, 1.0);
@@ -366,7 +376,7 @@ impl Reduced {
             state.shared.0[*column] += by;
         }
         for (s, sample) in problem.samples.iter().enumerate() {
-            let [before, shared] = [from, &state].map(|state| sample.gather(&state.shared));
+            let shared = sample.gather(&state.shared);
             // the step in the order of the sample's unknowns
             let of_column =
                 |column: &usize| columns.iter().position(|other| other == column).map_or(0.0, |j| by[j]);
@@ -375,7 +385,7 @@ impl Reduced {
                 let response = &self.own[s][i].response;
                 let last = response.ncols() - 1;
                 let moved = &*own - response.columns(0, last) * step.rows(0, last) - response.column(last);
-                *own = sample.block.bounded(i, (own, &before), moved, &shared);
+                *own = sample.block.bounded(i, moved, &shared);
             });
         }
         state

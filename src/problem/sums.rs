@@ -80,6 +80,19 @@ impl NoiseSums {
     }
 }
 
+/// A number of a shot that differs from what all shots share.
+#[derive(Clone)]
+pub(crate) struct Scattered {
+    /// Index of its spread.
+    pub(crate) spread: usize,
+    /// The own unknown that it is, or differs from by what all shots share.
+    pub(crate) place: usize,
+    /// The difference.
+    pub(crate) value: f64,
+    /// Its derivatives by the own unknowns of the shot and the shared ones.
+    pub(crate) by: DVector<f64>,
+}
+
 /// The contribution of a shot to the normal equations.
 #[derive(Clone)]
 pub(crate) struct Contribution {
@@ -93,6 +106,8 @@ pub(crate) struct Contribution {
     pub(crate) sticks: bool,
     /// Own unknowns that are held.
     pub(crate) held: Vec<bool>,
+    /// The numbers that scatter from shot to shot.
+    pub(crate) scattered: Vec<Scattered>,
 }
 
 /// Minimises χ² of a shot from `x`, its own unknowns and the shared `ids` at given others; returns
@@ -108,7 +123,7 @@ pub(crate) fn settle(
     let Place { x, rest, .. } = descend(x, stop, |x| {
         let x = bounded(x);
         let sums = contribute(&x);
-        let (matrix, gradient) = sums.system(ids, 0.0);
+        let (matrix, gradient) = sums.system(ids);
         Place { x, sum: sums.cost, matrix, gradient, rest: sums }
     });
     (x, rest)
@@ -125,6 +140,7 @@ impl Contribution {
             noises: vec![NoiseSums::default(); noises],
             sticks: false,
             held: vec![false; own],
+            scattered: Vec::new(),
         }
     }
 
@@ -157,22 +173,60 @@ impl Contribution {
     }
 
     /// Adds what is known of the own unknown at `place`.
-    pub(crate) fn add_prior(&mut self, place: usize, prior: Option<Normal>, value: f64) {
-        let Some(normal) = prior else {
-            self.held[place] = true;
-            return;
-        };
-        let (pull, last) = (normal.pull(value), self.products.ncols() - 1);
-        self.products[(place, place)] += normal.sd.powi(-2);
-        self.products[(place, last)] += pull / normal.sd;
-        self.products[(last, last)] += pull * pull;
-        self.cost += pull * pull;
+    pub(crate) fn add_prior(&mut self, (place, prior): (usize, OwnPrior), value: f64, spreads: &[Spread]) {
+        let mut by = DVector::zeros(self.products.ncols() - 1);
+        by[place] = 1.0;
+        match prior {
+            OwnPrior::Held => self.held[place] = true,
+            OwnPrior::Stated(normal) => self.add_number(normal.pull(value), (by / normal.sd).as_slice()),
+            OwnPrior::Spread(spread) => self.add_scattered(Scattered { spread, place, value, by }, spreads),
+        }
     }
 
-    /// Returns the normal matrix of the own unknowns, its diagonal raised by `damping`, and the
-    /// columns beside it from `first` on. Held unknowns are decoupled.
-    pub(crate) fn own_system(&self, damping: f64, first: usize) -> (DMatrix<f64>, DMatrix<f64>) {
-        let (matrix, _) = self.system(&[], damping);
+    /// Adds a number that scatters; own unknowns that are held must be known.
+    pub(crate) fn add_scattered(&mut self, mut number: Scattered, spreads: &[Spread]) {
+        for (by, _) in number.by.iter_mut().zip(&self.held).filter(|(_, held)| **held) {
+            *by = 0.0;
+        }
+        let sd = spreads[number.spread].sd;
+        self.add_number(number.value / sd, (&number.by / sd).as_slice());
+        self.scattered.push(number);
+    }
+
+    /// Adds a residual with its derivatives by the first unknowns, both in standard deviations.
+    pub(crate) fn add_number(&mut self, residual: f64, by: &[f64]) {
+        let last = self.products.ncols() - 1;
+        for (column, factor) in by.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
+            for (row, other) in by[..=column].iter().enumerate() {
+                self.products[(row, column)] += other * factor;
+            }
+            self.products[(column, last)] += factor * residual;
+        }
+        self.products[(last, last)] += residual * residual;
+        self.cost += residual * residual;
+    }
+
+    /// Returns the sums with the squares of the own unknowns raised by `damping`; of those that
+    /// scatter about what all shots share, the squares of the difference are raised.
+    pub(crate) fn raised(&self, damping: f64) -> Self {
+        let mut raised = self.clone();
+        let last = self.products.ncols() - 1;
+        for place in 0..self.held.len() {
+            let by = damping * self.products[(place, place)];
+            match self.scattered.iter().find(|number| number.place == place) {
+                None => raised.products[(place, place)] += by,
+                Some(Scattered { by: row, .. }) => {
+                    raised.products.view_mut((0, 0), (last, last)).ger(by, row, row, 1.0);
+                }
+            }
+        }
+        raised
+    }
+
+    /// Returns the normal matrix of the own unknowns and the columns beside it from `first` on. Held
+    /// unknowns are decoupled.
+    pub(crate) fn own_system(&self, first: usize) -> (DMatrix<f64>, DMatrix<f64>) {
+        let (matrix, _) = self.system(&[]);
         let beside = DMatrix::from_fn(self.held.len(), self.products.ncols() - first, |i, j| {
             if self.held[i] { 0.0 } else { self.products[(i, first + j)] }
         });
@@ -180,16 +234,15 @@ impl Contribution {
     }
 
     /// Returns the normal matrix and the gradient of the own unknowns and some shared ones of the
-    /// sample, the diagonal raised by `damping`. Held unknowns are decoupled.
-    pub fn system(&self, ids: &[Id], damping: f64) -> (DMatrix<f64>, DVector<f64>) {
+    /// sample. Held unknowns are decoupled.
+    pub fn system(&self, ids: &[Id]) -> (DMatrix<f64>, DVector<f64>) {
         let own = self.held.len();
         let n = own + ids.len();
         let place = |i: usize| if i < own { i } else { own + ids[i - own] as usize };
         let is_held = |i: usize| i < own && self.held[i];
         let matrix = DMatrix::from_fn(n, n, |i, j| {
             let (a, b) = (place(i).min(place(j)), place(i).max(place(j)));
-            let raised = if i == j { 1.0 + damping } else { 1.0 };
-            if is_held(i) || is_held(j) { f64::from(i == j) } else { self.products[(a, b)] * raised }
+            if is_held(i) || is_held(j) { f64::from(i == j) } else { self.products[(a, b)] }
         });
         let gradient = DVector::from_fn(n, |i, _| if is_held(i) { 0.0 } else { self.slope(place(i)) });
         (matrix, gradient)
@@ -199,7 +252,7 @@ impl Contribution {
     /// its sample, after elimination of its own.
     pub fn reduced(&self, ids: &[Id]) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let own = self.held.len();
-        let (matrix, beside) = self.own_system(0.0, own);
+        let (matrix, beside) = self.own_system(own);
         let response = matrix.cholesky()?.solve(&beside);
         let shared = self.shared();
         let products = self.products.view((own, own), (shared + 1, shared + 1)) - beside.tr_mul(&response);

@@ -105,6 +105,20 @@ impl Estimates {
         all
     }
 
+    /// Returns the variance of a number of shot `i` of a sample with these derivatives by its own
+    /// unknowns and the shared ones.
+    pub(crate) fn variance(&self, reduced: &Reduced, (sample, i): (usize, usize), by: &DVector<f64>) -> f64 {
+        let shot = &reduced.own[sample][i];
+        let own = shot.covariance.ncols();
+        let mut by_shared = reduced.response(sample, i, &self.columns).tr_mul(&by.rows(0, own));
+        for (by_local, column) in by.iter().skip(own).zip(&reduced.columns[sample]) {
+            if let Some(place) = self.position(*column) {
+                by_shared[place] += by_local;
+            }
+        }
+        shot.variance(by) + by_shared.dot(&(&self.covariance * &by_shared))
+    }
+
     /// Returns half of d²χ²/dx² and of dχ²/dx of other unknowns if the estimates follow them.
     pub fn condition(&self, reduced: &Reduced, columns: &[usize]) -> (DMatrix<f64>, DVector<f64>) {
         let (n, count) = (self.columns.len(), columns.len());

@@ -2,17 +2,16 @@
 
 use std::sync::Arc;
 
-use nalgebra::SVector;
-use num_dual::DualSVec64;
+use nalgebra::DVector;
 
 use super::lines::Stuck;
-use super::motion::{COEFFICIENTS, Dual, MOVING, Paths, follow, locate};
+use super::motion::{COEFFICIENTS, Dual, Friction, MOVING, Motion, follow, locate};
 use super::own::{self, CORE, Component, spreads};
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::{Camera, Point};
 use crate::problem::film::dual::{constant, gradient};
-use crate::problem::frames::{Columns, Frame, Sight, add_track, whiten};
-use crate::problem::sums::{Contribution, Noise, OwnPrior, Spread};
+use crate::problem::frames::{Columns, Frame, Sight, add_track, rows, whiten};
+use crate::problem::sums::{Contribution, Noise, OwnPrior, Scattered, Spread};
 use crate::problem::unknowns::{CAMERA, Id, Normal, Own, PHYSICS, SHARED, Shared};
 
 /// Prior standard deviation of an unknown offset, over the normal impulse or the closing speed, and
@@ -71,8 +70,8 @@ pub(crate) struct ShotFrames {
 pub(crate) struct DiscBlock {
     pub(crate) shots: Arc<Vec<ShotFrames>>,
     pub(crate) discs: Discs,
-    /// Whether shots differ from the law of the impact by their scatter alone; else they have any e
-    /// and J_t/J_n, any balance of momentum and any spins.
+    /// Whether shots scatter about a law of the impact; else they have any e and J_t/J_n, any
+    /// balance of momentum and any spins.
     pub(crate) has_law: bool,
     /// The noises of each shot one after the other.
     pub(crate) noise: Vec<Noise>,
@@ -92,121 +91,141 @@ impl DiscBlock {
     }
 
     /// Follows both discs of shot `i` through the impact; `None` if they do not approach.
-    pub(super) fn follow(&self, i: usize, own: &Own, shared: &Shared) -> Option<Paths> {
-        let shot = &self.shots[i];
-        follow((shot.stuck.is_some(), shot.turns), own, shared, &self.discs)
+    pub(super) fn follow(&self, i: usize, own: &Own, shared: &Shared) -> Option<Motion> {
+        follow(&self.shots[i], own, shared, &self.discs)
     }
 
-    /// Returns the used frames of each track of shot `i`, whitened; an empty list if the discs do
-    /// not approach.
-    pub(super) fn sights(&self, i: usize, own: &Own, shared: &Shared) -> Vec<Vec<Sight<ROW>>> {
-        let Some(paths) = self.follow(i, own, shared) else { return Vec::new() };
-        self.shots[i].tracks.iter().map(|track| self.look(i, track, &paths, own, shared)).collect()
-    }
-
-    /// Returns the used frames of a track of shot `i`, whitened. Errors before the impact and after
-    /// it count as independent: the frames between are left out.
-    fn look(
+    /// Returns the used frames of each track of shot `i`, whitened. Errors before the impact and
+    /// after it count as independent: the frames between are left out.
+    pub(super) fn sights(
         &self,
         i: usize,
-        track: &PointTrack,
-        paths: &Paths,
+        motion: &Motion,
         own: &Own,
         shared: &Shared,
-    ) -> Vec<Sight<ROW>> {
+    ) -> Vec<Vec<Sight<ROW>>> {
         let dual = |i: usize, value: f64| constant::<POINT>(value).derivative(i);
-        let time = dual(COEFFICIENTS, own[own::TIME]);
-        let marker = track.marker.map(|[direction, radius]| {
-            [dual(COEFFICIENTS + 1, own[direction]), dual(COEFFICIENTS + 2, own[radius])]
-        });
-        let pieces = paths.pieces[track.disc].each_ref().map(|piece| -> [DualSVec64<POINT>; COEFFICIENTS] {
-            std::array::from_fn(|i| dual(i, piece.at[i]))
-        });
-        let camera = Camera::new(shared);
-        let [x, y] = [0, 1].map(|axis| self.noise_of(i)[2 * track.disc + axis]);
-        whiten(&track.frames, ([x.rho, y.rho], self.shots[i].fps), false, |frame| {
-            let side = usize::from(frame.time > own[own::TIME]);
-            let late = -time + frame.time + camera.delay(frame.seen);
-            let place = locate(&pieces[side], late, marker);
-            let (by_x, by_y) = (gradient(&place.x), gradient(&place.y));
-            let mut seen = camera.look(Point::new(place.x.re, place.y.re), 0.0);
-            // a later reading sees the point further along its path
-            let by_time = seen.by_place * -Point::new(by_x[COEFFICIENTS], by_y[COEFFICIENTS]);
-            seen.by_camera[Id::ShutterX as usize - PHYSICS] = by_time * frame.seen.x;
-            seen.by_camera[Id::ShutterY as usize - PHYSICS] = by_time * frame.seen.y;
-            let by_point = (0..POINT).map(|i| seen.by_place * Point::new(by_x[i], by_y[i]));
-            let columns = by_point.chain(seen.by_camera).chain([seen.place - frame.seen]);
-            let scale = frame.weight.component_div(&Point::new(x.sd, y.sd));
-            let mut rows = [SVector::zeros(); 2];
-            for (i, column) in columns.enumerate() {
-                (rows[0][i], rows[1][i]) = (column.x * scale.x, column.y * scale.y);
-            }
-            (side, rows)
-        })
+        let (instant, camera) = (own[own::TIME], Camera::new(shared));
+        let of_track = |PointTrack { disc, marker, frames }: &PointTrack| {
+            let marker = marker.map(|[direction, radius]| {
+                [dual(COEFFICIENTS + 1, own[direction]), dual(COEFFICIENTS + 2, own[radius])]
+            });
+            let pieces = motion.pieces[*disc]
+                .each_ref()
+                .map(|piece| -> [_; COEFFICIENTS] { std::array::from_fn(|i| dual(i, piece.at[i])) });
+            let [x, y] = [0, 1].map(|axis| self.noise_of(i)[2 * disc + axis]);
+            whiten(frames, ([x.rho, y.rho], self.shots[i].fps), false, |frame| {
+                let side = usize::from(frame.time > instant);
+                let late = dual(COEFFICIENTS, frame.time - instant + camera.delay(frame.seen));
+                let place = locate(&pieces[side], late, marker);
+                let (by_x, by_y) = (gradient(&place.x), gradient(&place.y));
+                let seen = camera.look(Point::new(place.x.re, place.y.re), 0.0);
+                let mut by: [Point; POINT] =
+                    std::array::from_fn(|i| seen.by_place * Point::new(by_x[i], by_y[i]));
+                // the instant is earlier if the frame is later
+                let by_time = by[COEFFICIENTS];
+                by[COEFFICIENTS] = -by_time;
+                (side, rows(frame, seen, &by, by_time, Point::new(x.sd, y.sd)))
+            })
+        };
+        self.shots[i].tracks.iter().map(of_track).collect()
     }
 
     /// Returns the sums of shot `i`, with what is known of its own unknowns.
     pub(crate) fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
         let (shot, count) = (&self.shots[i], own.len());
-        let Some(paths) = self.follow(i, own, shared) else {
+        let Some(motion) = self.follow(i, own, shared) else {
             return Contribution::impossible(count, SHARED, self.noise.len());
         };
         let mut total = Contribution::empty(count, SHARED, self.noise.len());
         total.sticks = shot.stuck.is_some();
-        let inputs: Vec<usize> = (0..CORE).chain(MOVING.map(|id| count + id as usize)).collect();
-        for track in &shot.tracks {
-            let sights = self.look(i, track, &paths, own, shared);
+        let inputs = places_of_inputs(count);
+        for (track, sights) in shot.tracks.iter().zip(self.sights(i, &motion, own, shared)) {
             // without a marker its derivatives are 0
             let [direction, radius] = track.marker.unwrap_or([own::TIME; 2]);
             let of_camera = (0..CAMERA).map(|i| count + PHYSICS + i);
             let others = [own::TIME, direction, radius].into_iter().chain(of_camera).chain([count + SHARED]);
             let columns = Columns { inputs: &inputs, others: &others.collect::<Vec<_>>() };
             let noise = NOISES * i + 2 * track.disc;
-            add_track(&mut total, sights, &paths.pieces[track.disc], &columns, [noise, noise + 1]);
+            add_track(&mut total, sights, &motion.pieces[track.disc], &columns, [noise, noise + 1]);
         }
         let mut total = total.or_impossible();
         for (place, prior) in self.own_priors(i) {
-            total.add_prior(place, prior.normal(&self.spreads), own[place]);
+            total.add_prior((place, prior), own[place], &self.spreads);
+        }
+        for number in self.deviations(i, own, shared) {
+            total.add_scattered(number, &self.spreads);
         }
         total
     }
 
-    /// Returns what is known of own unknowns of shot `i`.
-    pub(crate) fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
-        (0..CORE).filter_map(|place| Some((place, self.own_prior(&self.shots[i], place)?))).collect()
+    /// Returns how far shot `i` is from the law of the impact: its e and, if its slip is known,
+    /// J_t/J_n. A single shot shows no law of friction.
+    pub(super) fn deviations(&self, i: usize, own: &Own, shared: &Shared) -> Vec<Scattered> {
+        let (mut all, count) = (Vec::new(), own.len());
+        let Some(motion) = self.follow(i, own, shared).filter(|_| self.has_law) else { return all };
+        let number = |spread: usize, off: Dual, by_law: &[(Id, f64)]| {
+            let mut by = DVector::zeros(count + SHARED);
+            for (place, by_input) in places_of_inputs(count).into_iter().zip(&gradient(&off)) {
+                by[place] = *by_input;
+            }
+            for (id, by_unknown) in by_law {
+                by[count + *id as usize] = *by_unknown;
+            }
+            Scattered { spread, place: own::RESTITUTION + spread, value: off.re, by }
+        };
+        let [parting, slip] = motion.relative(0);
+        let (closing, e, ratio) = (-parting, motion.own[own::RESTITUTION], motion.own[own::RATIO]);
+        let off = e - shared[Id::E] + closing * shared[Id::ESlope];
+        all.push(number(0, off, &[(Id::E, -1.0), (Id::ESlope, closing.re)]));
+        if let Some(law) = Friction::new([closing.re, slip.re, e.re], shared, self.discs.inertia)
+            && self.shows_friction(i)
+        {
+            let inputs = [closing, slip, e].into_iter().zip(law.by);
+            let off = inputs.fold(ratio - law.ratio, |off, (input, by)| off - (input - input.re) * by);
+            let by_law: Vec<_> =
+                Friction::UNKNOWNS.into_iter().zip(law.by[3..].iter().map(|by| -by)).collect();
+            all.push(number(1, off, &by_law));
+        }
+        all
     }
 
-    fn own_prior(&self, shot: &ShotFrames, place: usize) -> Option<OwnPrior> {
-        let is_stuck = shot.stuck.is_some();
-        let stated = |sd: f64| Some(OwnPrior::Stated(Normal { mean: 0.0, sd }));
+    fn shows_friction(&self, i: usize) -> bool {
+        self.has_law && self.shots[i].knows_slip && self.shots.len() > 1
+    }
+
+    /// Returns what is known of own unknowns of shot `i`.
+    pub(crate) fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
+        let shot = &self.shots[i];
+        let stated = |sd: f64| OwnPrior::Stated(Normal { mean: 0.0, sd });
+        let mut all = vec![(own::LEAD, stated(shot.fps.recip()))];
+        for (which, Component { places, .. }) in Component::ALL.iter().enumerate() {
+            let prior = match places.start {
+                // the law has it
+                own::RESTITUTION if self.has_law => continue,
+                own::RATIO if self.shows_friction(i) => continue,
+                own::DISTANCE if shot.flat.is_some() => stated(ANY_DISTANCE),
+                own::RESTITUTION..own::SLOWING if !self.has_law || places.start == own::RATIO => stated(ANY),
+                _ => OwnPrior::Spread(which),
+            };
+            all.extend(places.clone().map(|place| (place, prior)));
+        }
+        let mut hold = |places: &[usize]| {
+            all.retain(|(place, _)| !places.contains(place));
+            all.extend(places.iter().map(|place| (*place, OwnPrior::Held)));
+        };
         if let Some(axis) = shot.flat {
             // no motion across the film
-            let across = [own::X, own::VELOCITY, own::VELOCITY + 2].map(|first| first + axis);
-            let others = [own::DIRECTION, own::RATIO, own::MOMENTUM + 1, own::LEAD];
-            if across.contains(&place) || others.contains(&place) {
-                return Some(OwnPrior::Held);
-            }
+            hold(&[own::X, own::VELOCITY, own::VELOCITY + 2].map(|first| first + axis));
+            hold(&[own::DIRECTION, own::RATIO, own::MOMENTUM + 1, own::LEAD]);
         }
-        let is_held = match place {
-            own::SPIN..own::RESTITUTION => !shot.turns[place - own::SPIN],
-            own::SPIN_RATIO..own::SLOWING => is_stuck || !shot.turns[place - own::SPIN_RATIO],
-            own::RESTITUTION | own::LEAD => is_stuck,
-            _ => false,
-        };
-        let which = Component::ALL.iter().position(|component| component.describe().0.contains(&place));
-        let is_any = match place {
-            // a single shot shows no law
-            own::RATIO => !self.has_law || is_stuck || !shot.knows_slip || self.shots.len() == 1,
-            own::RESTITUTION..own::SLOWING => !self.has_law,
-            _ => false,
-        };
-        match place {
-            _ if is_held => Some(OwnPrior::Held),
-            own::LEAD => stated(shot.fps.recip()),
-            own::DISTANCE if shot.flat.is_some() => stated(ANY_DISTANCE),
-            _ if is_any => stated(ANY),
-            _ => which.map(OwnPrior::Spread),
+        if shot.stuck.is_some() {
+            hold(&[own::RESTITUTION, own::SPIN_RATIO, own::SPIN_RATIO + 1, own::LEAD]);
         }
+        for disc in (0..2).filter(|disc| !shot.turns[*disc]) {
+            hold(&[own::SPIN + disc, own::SPIN_RATIO + disc]);
+        }
+        all
     }
 
     /// Takes shots instead of all; one may be taken several times.
@@ -217,47 +236,9 @@ impl DiscBlock {
             self.spreads = spreads(&self.discs, 1);
         }
     }
+}
 
-    /// Returns e and J_t/J_n of shot `i` with their derivatives; `None` if its discs do not
-    /// approach.
-    pub(super) fn outcome(&self, i: usize, own: &Own, shared: &Shared) -> Option<[Dual; 2]> {
-        Some(self.follow(i, own, shared)?.outcome())
-    }
-
-    /// Returns the own unknowns of shot `i` after a step with the e and J_t/J_n that derivatives
-    /// predict: the law has corners, which else would throw the discs off their paths.
-    pub(crate) fn with_even_outcome(
-        &self,
-        i: usize,
-        (own, shared): (&Own, &Shared),
-        mut moved: Own,
-        shared_after: &Shared,
-    ) -> Own {
-        let is_free = self.shots[i].flat.is_none() && self.shots[i].stuck.is_none();
-        if let Some(outcome) = self.outcome(i, own, shared).filter(|_| is_free) {
-            let step = SVector::from_fn(|input, _| match input.checked_sub(CORE) {
-                None => moved[input] - own[input],
-                Some(moving) => shared_after[MOVING[moving]] - shared[MOVING[moving]],
-            });
-            let predicted = outcome.map(|value| value.re + gradient(&value).dot(&step));
-            self.set_outcome(i, &mut moved, shared_after, predicted);
-        }
-        moved
-    }
-
-    /// Sets the offsets of shot `i` so that its discs part with this e and J_t/J_n, as far as they
-    /// are unknowns.
-    pub(super) fn set_outcome(&self, i: usize, own: &mut Own, shared: &Shared, [e, ratio]: [f64; 2]) {
-        (own[own::RESTITUTION], own[own::RATIO]) = (0.0, 0.0);
-        if self.shots[i].stuck.is_some() {
-            return;
-        }
-        let Some([law, _]) = self.outcome(i, own, shared) else { return };
-        own[own::RESTITUTION] = e - law.re;
-        if self.shots[i].flat.is_none()
-            && let Some([_, law]) = self.outcome(i, own, shared)
-        {
-            own[own::RATIO] = ratio - law.re;
-        }
-    }
+/// Returns the places of the inputs of a motion among `count` own unknowns and the shared ones.
+pub(super) fn places_of_inputs(count: usize) -> Vec<usize> {
+    (0..CORE).chain(MOVING.map(|id| count + id as usize)).collect()
 }

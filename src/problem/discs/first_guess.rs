@@ -86,7 +86,7 @@ impl Film<DiscBlock> {
         let shared = Shared::starts(&unknowns);
         let reading = Reading { middle, unit, states_noise: false, may_be_held: false };
         let frames = guessed.iter().map(|guessed| guessed.read(&reading, &shared));
-        let (shots, mut own): (Vec<ShotFrames>, Vec<Own>) = frames.unzip();
+        let (shots, own): (Vec<ShotFrames>, Vec<Own>) = frames.unzip();
         let noise = |Guessed { shot, meeting, .. }: &Guessed| {
             let sd = frame_noise::noise_of_near(&[&shot.cue, &shot.object], shot, meeting.time);
             let sd = unit * (COARSE_NOISE_PART * meeting.distance()).max(EXTRAPOLATED * sd);
@@ -94,10 +94,6 @@ impl Film<DiscBlock> {
         };
         let names = shots.iter().map(|shot| shot.name.clone()).collect();
         let block = DiscBlock::new(shots, discs, guessed.iter().flat_map(noise).collect());
-        for (i, own) in own.iter_mut().enumerate() {
-            let outcome = [own[own::RESTITUTION], own[own::RATIO]];
-            block.set_outcome(i, own, &shared, outcome);
-        }
         Ok(Self { block, unknowns, own, names, left_out, findings, unit, middle })
     }
 }
@@ -114,8 +110,7 @@ impl Guessed {
         }
     }
 
-    /// Returns the frames of the shot and a first guess of its own unknowns, of which e and J_t/J_n
-    /// are those of the impact instead of offsets from the law.
+    /// Returns the frames of the shot and a first guess of its own unknowns.
     fn read(&self, reading: &Reading, shared: &Shared) -> (ShotFrames, Own) {
         let Self { shot, meeting, stuck, flat } = self;
         let Reading { middle, unit, .. } = *reading;
@@ -188,8 +183,10 @@ impl Guessed {
         own[own::DISTANCE] = distance - shared[Id::ContactDistance];
         own.fixed_rows_mut::<2>(own::VELOCITY).copy_from(&v[0]);
         own.fixed_rows_mut::<2>(own::VELOCITY + 2).copy_from(&w[0]);
-        own[own::RESTITUTION] = -h.dot(&n) / g.dot(&n);
-        own[own::RATIO] = (h - g).dot(&Point::new(-n.y, n.x)) / (h - g).dot(&n);
+        if stuck.is_none() {
+            own[own::RESTITUTION] = -h.dot(&n) / g.dot(&n);
+            own[own::RATIO] = n.perp(&(h - g)) / n.dot(&(h - g));
+        }
         (frames, own)
     }
 }

@@ -1,14 +1,19 @@
-//! The measured impact of two discs, and its doubts.
+//! The measured impact of two discs: quantities that follow from own and shared unknowns, with exact
+//! derivatives, and doubts.
 
+use num_dual::DualNum;
 use statrs::distribution::{ContinuousCDF, Normal};
 
+use super::block::ShotFrames;
 use super::lines::Stuck;
-use super::own::LEAST_SHOTS;
-use super::quantities::Quantity;
+use super::motion::{Dual, Motion};
+use super::own::{self, LEAST_SHOTS};
 use crate::extraction::Unusable;
 use crate::measurement::dataset::Measured;
 use crate::measurement::number::with_error;
 use crate::numerics::median;
+use crate::physics::disc::Discs;
+use crate::physics::name::worded;
 use crate::problem::film::camera::Point;
 use crate::problem::frames::PicturePaths;
 use crate::problem::policy::Policy;
@@ -120,7 +125,7 @@ impl DiscImpact {
 
     /// Returns the reason for which the frames show no single collision, if they do not.
     pub(super) fn find_misfit(&self) -> Option<Unusable> {
-        let distance = self.get(Quantity::ContactDistance).map_or(0.0, |distance| distance.value.abs());
+        let distance = self.get(Quantity::ContactDistance)?.value.abs();
         let is_seen_across = self.get(Quantity::ImpulseRatio).is_some();
         let is_off = distance > 0.0 && is_seen_across && self.position_sd > MAX_FRAME_DEVIATION * distance;
         is_off.then_some(Unusable::BadFit { reduced_chi2: self.misfit, rms_mm: 1e3 * self.position_sd })
@@ -129,11 +134,17 @@ impl DiscImpact {
     /// Returns the reason for which the discs are others than those with these radii, if their
     /// distance shows it.
     pub(super) fn find_separation(&self, radii: [f64; 2], policy: &Policy) -> Option<Unusable> {
+        self.get(Quantity::ImpulseRatio)?;
         let expected = radii[0] + radii[1];
-        let Measured { value: measured, sd } = self.get(Quantity::ContactDistance)?;
-        let error = sd.filter(|_| self.get(Quantity::ImpulseRatio).is_some())?;
-        let differs = is_significant(measured - expected, error.hypot(DISTANCE_SD * expected), policy);
-        differs.then_some(Unusable::Separation { measured, expected, error })
+        let Measured { value: measured, sd } = self.find_other_distance(expected, policy)?;
+        Some(Unusable::Separation { measured, expected, error: sd? })
+    }
+
+    /// Returns the distance at the contact if it differs from another significantly.
+    fn find_other_distance(&self, expected: f64, policy: &Policy) -> Option<Measured> {
+        let found = self.get(Quantity::ContactDistance)?;
+        let sd = found.sd.unwrap_or(0.0).hypot(DISTANCE_SD * expected);
+        is_significant(found.value - expected, sd, policy).then_some(found)
     }
 
     /// Returns the doubt of an e that is not that of an impact.
@@ -144,15 +155,12 @@ impl DiscImpact {
     }
 
     fn find_imbalance(&self, policy: &Policy) -> Option<Doubt> {
-        let gain = |across: bool, quantity: Quantity| {
+        let gains = [(false, Quantity::MomentumAlong), (true, Quantity::MomentumAcross)];
+        gains.into_iter().find_map(|(across, quantity)| {
             let Measured { value: gained, sd } = self.get(quantity)?;
-            sd.filter(|sd| is_significant(gained, *sd, policy)).map(|sd| Doubt::Momentum {
-                across,
-                gained,
-                sd,
-            })
-        };
-        gain(false, Quantity::MomentumAlong).or_else(|| gain(true, Quantity::MomentumAcross))
+            let sd = sd.filter(|sd| is_significant(gained, *sd, policy))?;
+            Some(Doubt::Momentum { across, gained, sd })
+        })
     }
 }
 
@@ -164,20 +172,144 @@ fn is_significant(value: f64, sd: f64, policy: &Policy) -> bool {
 
 /// Adds what speaks against the impacts of a film.
 pub(super) fn find_doubts(impacts: &mut [DiscImpact], policy: &Policy) {
-    let distance = |impact: &DiscImpact| impact.get(Quantity::ContactDistance);
-    let all: Vec<f64> = impacts.iter().filter_map(|impact| Some(distance(impact)?.value)).collect();
+    let distance = |impact: &DiscImpact| Some(impact.get(Quantity::ContactDistance)?.value);
+    let all: Vec<f64> = impacts.iter().filter_map(distance).collect();
     let typical = (all.len() >= LEAST_SHOTS).then(|| median(all));
     for impact in impacts {
-        let other = distance(impact).zip(typical).filter(|(found, typical)| {
-            let sd = found.sd.unwrap_or(0.0).hypot(DISTANCE_SD * typical);
-            is_significant(found.value - typical, sd, policy)
+        let other = typical.and_then(|typical| {
+            let distance = impact.find_other_distance(typical, policy)?.value;
+            Some(Doubt::Distance { distance, typical })
         });
-        let doubts = [
-            impact.find_imbalance(policy),
-            (impact.misfit > policy.refuted).then_some(Doubt::Bent(impact.misfit)),
-            impact.find_impossible_restitution(policy),
-            other.map(|(found, typical)| Doubt::Distance { distance: found.value, typical }),
+        let bent = (impact.misfit > policy.refuted).then_some(Doubt::Bent(impact.misfit));
+        let all = [impact.find_imbalance(policy), bent, impact.find_impossible_restitution(policy), other];
+        impact.doubts.extend(all.into_iter().flatten());
+    }
+}
+
+worded! {
+    /// The quantities of a [`DiscImpact`], in the order of the columns that report them.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum Quantity {
+        /// The coefficient of restitution e, dimensionless.
+        Restitution = "e",
+        /// J_t/J_n on the second disc, t 90° counter-clockwise from the line of centres.
+        ImpulseRatio = "impulse_ratio",
+        /// J_t/J_n from the change of the first disc's spin.
+        ImpulseRatioByFirstSpin = "impulse_ratio_by_cue_spin",
+        /// J_t/J_n from the change of the second disc's spin.
+        ImpulseRatioBySecondSpin = "impulse_ratio_by_obj_spin",
+        /// m₂/m₁: stated, or from the balance of momentum along the line of centres.
+        MassRatio = "mass_ratio",
+        /// Momentum gained along the line of centres, over the normal impulse.
+        MomentumAlong = "momentum_along",
+        /// Momentum gained across the line of centres, over the normal impulse.
+        MomentumAcross = "momentum_across",
+        /// Angular momentum gained about the contact point, over the normal impulse times the
+        /// distance of the centres.
+        AngularMomentum = "angular_momentum",
+        /// Loss of kinetic energy, of motion and rotation, as a fraction of the energy before the
+        /// impact.
+        EnergyLost = "energy_lost",
+        /// How fast the discs approach along the line of centres, m/s.
+        ClosingSpeed = "closing_speed",
+        /// Slip before the impact over the closing speed.
+        SlipRatio = "slip_ratio",
+        /// Slip of the second disc's contact point against the first's along t before the impact,
+        /// m/s.
+        SlipBefore = "slip",
+        /// Slip of the second disc's contact point against the first's along t after the impact,
+        /// m/s.
+        SlipAfter = "slip_after",
+        /// x of the line of centres, a unit vector from the first disc to the second.
+        NormalX = "nx",
+        /// y of the line of centres, a unit vector from the first disc to the second.
+        NormalY = "ny",
+        /// Distance of the centres at the impact, m.
+        ContactDistance = "contact_distance_mm",
+        /// Velocity of the first disc along x before the impact, m/s.
+        FirstVxBefore = "cue_vx",
+        /// Velocity of the first disc along y before the impact, m/s.
+        FirstVyBefore = "cue_vy",
+        /// Velocity of the second disc along x before the impact, m/s.
+        SecondVxBefore = "obj_vx",
+        /// Velocity of the second disc along y before the impact, m/s.
+        SecondVyBefore = "obj_vy",
+        /// Velocity of the first disc along x after the impact, m/s.
+        FirstVxAfter = "cue_vx_after",
+        /// Velocity of the first disc along y after the impact, m/s.
+        FirstVyAfter = "cue_vy_after",
+        /// Velocity of the second disc along x after the impact, m/s.
+        SecondVxAfter = "obj_vx_after",
+        /// Velocity of the second disc along y after the impact, m/s.
+        SecondVyAfter = "obj_vy_after",
+        /// Angular velocity of the first disc before the impact, counter-clockwise, rad/s.
+        FirstSpinBefore = "cue_wz",
+        /// Angular velocity of the first disc after the impact, rad/s.
+        FirstSpinAfter = "cue_wz_after",
+        /// Angular velocity of the second disc before the impact, rad/s.
+        SecondSpinBefore = "obj_wz",
+        /// Angular velocity of the second disc after the impact, rad/s.
+        SecondSpinAfter = "obj_wz_after",
+        /// Instant of the impact, s.
+        Time = "impact_time_s",
+    }
+    /// Its column in discs.csv.
+    pub fn column;
+}
+
+impl Quantity {
+    /// The number of quantities.
+    pub const COUNT: usize = Self::ALL.len();
+}
+
+impl Motion {
+    /// Returns each [`Quantity`] in its order if the frames of the shot show it.
+    pub(super) fn quantities(&self, shot: &ShotFrames, discs: &Discs) -> [Option<Dual>; Quantity::COUNT] {
+        let Self { own, velocities, spins, radii, .. } = self;
+        let change = |disc: usize| self.along(&(velocities[disc][1] - velocities[disc][0]));
+        let ([u_n, u_t], [v_n, v_t]) = (change(0), change(1));
+        let [[parting, slip], [parting_after, slip_after]] = [0, 1].map(|side| self.relative(side));
+        let stated = discs.masses.map(|[first, second]| Dual::from_re(second / first));
+        let mass_ratio = stated.unwrap_or(-u_n / v_n);
+        // νRΔω; J_n/m₁ = −Δu_n, J_n/m₂ = Δv_n
+        let [first, second] =
+            [0, 1].map(|disc| (spins[disc][1] - spins[disc][0]) * radii[disc] * discs.inertia);
+        // of both discs about the contact point, per unit of m₁: R (t × v) and νR²ω
+        let angular = (first - u_t) * radii[0] + mass_ratio * (second + v_t) * radii[1];
+        let [before, after] = [0, 1].map(|side| {
+            let of = |disc: usize| {
+                let rim = spins[disc][side] * radii[disc];
+                velocities[disc][side].norm_squared() + rim * rim * discs.inertia
+            };
+            of(0) + mass_ratio * of(1)
+        });
+        let if_both = |value: Dual| (shot.turns == [true; 2]).then_some(value);
+        let if_across = |value: Dual| shot.flat.is_none().then_some(value);
+        let if_slip = |value: Dual| shot.knows_slip.then_some(value);
+        let head = [
+            Some(-parting_after / parting),
+            if_across((v_t - u_t) / (v_n - u_n)),
+            // Δω = −R J_t/(νMR²)
+            shot.turns[0].then(|| first / u_n),
+            shot.turns[1].then(|| -second / v_n),
+            Some(mass_ratio),
+            stated.map(|ratio| (u_n + ratio * v_n) / -u_n),
+            if_across((u_t + mass_ratio * v_t) / -u_n),
+            if_both(angular / (-u_n * (radii[0] + radii[1]))),
+            if_both(-after / before + 1.0),
+            Some(-parting),
+            if_slip(-slip / parting),
+            if_slip(slip),
+            if_both(slip_after),
+            Some(own[own::DIRECTION].cos()),
+            Some(own[own::DIRECTION].sin()),
+            Some(self.distance),
         ];
-        impact.doubts.extend(doubts.into_iter().flatten());
+        let velocity = [0, 1].map(|side| velocities.map(|of| [Some(of[side].x), Some(of[side].y)]));
+        let spin = [0, 1].map(|disc| spins[disc].map(|spin| shot.turns[disc].then_some(spin)));
+        let tail = velocity.into_iter().flatten().chain(spin).flatten().chain([Some(own[own::TIME])]);
+        let mut all = head.into_iter().chain(tail);
+        std::array::from_fn(|_| all.next().flatten())
     }
 }

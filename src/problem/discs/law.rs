@@ -4,13 +4,12 @@
 use super::block::DiscBlock;
 use super::impact::DiscImpact;
 use super::measure::{MeasuredDiscs, ROUNDS, measure, settle, solve};
-use super::motion::friction;
+use super::motion::Friction;
 use super::own::{self, Component, LAW};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::{Compliance, Settings};
 use crate::problem::descent::descend;
 use crate::problem::film::causes::explain;
-use crate::problem::film::dual::constant;
 use crate::problem::film::film_data::FilmError;
 use crate::problem::film::outliers::tail;
 use crate::problem::film::priors::list_contact;
@@ -18,7 +17,6 @@ use crate::problem::findings::Finding;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State, split_names};
 use crate::problem::solution::Solution;
-use crate::problem::sums::OwnPrior;
 use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
 
 /// Values of μ and κ from which descents begin. A stiffer contact is as good as rigid.
@@ -35,8 +33,8 @@ const STEPS: usize = 40;
 const APART: f64 = 0.2;
 const MAX_SQUARE: f64 = 25.0;
 
-/// Variance of J_t/J_n from shot to shot with which starts are compared.
-const RATIO_VARIANCE: f64 = 4e-4;
+/// Standard deviation of J_t/J_n from shot to shot with which starts are compared.
+const RATIO_SD: f64 = 0.02;
 
 /// χ² by which a start is less likely than the best at most.
 const LESS_LIKELY: f64 = 60.0;
@@ -52,15 +50,10 @@ pub(crate) struct DiscFit {
     pub(crate) solution: Solution,
     /// The measurements of each shot without a law.
     pub(crate) impacts: Vec<DiscImpact>,
-    /// Standard deviation from shot to shot of each [`Component`], 0 if the frames do not show it.
-    pub(crate) scatter: [f64; Component::ALL.len()],
     /// Other minima that are nearly as likely, with the difference of −2 log L as that of their χ².
     pub(crate) others: Vec<Evaluation>,
     /// Unknowns that were held since the shots do not determine them.
     pub(crate) undetermined: Vec<Id>,
-    /// Degrees of freedom of Student's t for intervals, as scatter is known from these shots alone;
-    /// `None` for a single shot, whose errors are those of its frames.
-    pub(crate) dof: Option<f64>,
 }
 
 /// Fits the films of discs of a data set.
@@ -79,16 +72,15 @@ pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, F
         return Err(FilmError::NoImpact(free.left_out));
     }
     let mut shots = Shots { policy, settings: &dataset.settings, free };
-    shots.keep(&keep);
-    let mut fits = shots.choose_law()?;
-    for _ in 0..ROUNDS {
+    let mut fits = Vec::new();
+    for round in 0..=ROUNDS {
+        let names = shots.keep(&keep);
+        shots.free.findings.extend((round > 0).then_some(Finding::LostShots { names }));
+        fits = shots.choose_law()?;
         keep = judge_shots(&fits[0], policy)?;
         if !keep.contains(&false) {
             break;
         }
-        let names = shots.keep(&keep);
-        shots.free.findings.push(Finding::LostShots { names });
-        fits = shots.choose_law()?;
     }
     let mut best = fits.remove(0);
     let rivals = fits.into_iter().map(|other| (unlikely(&other) - unlikely(&best), other.at));
@@ -116,17 +108,10 @@ pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, F
     if !best.converged {
         shots.free.findings.push(Finding::NotConverged);
     }
-    let block = best.problem.discs().ok_or(FilmError::NoFilm)?;
-    let count = block.shots.len();
-    let priors: Vec<_> = (0..count).flat_map(|i| block.own_priors(i)).map(|(_, prior)| prior).collect();
-    let scatter = std::array::from_fn(|which| {
-        if priors.contains(&OwnPrior::Spread(which)) { block.spreads[which].sd } else { 0.0 }
-    });
     let others = rivals.into_iter().map(|(rise, at)| at.costing(best.at.cost + rise)).collect();
-    let dof = (count > 1).then_some(count as f64 - 1.0);
     let Solution { findings, left_out, unit, middle, .. } = shots.free;
     let solution = Solution { findings, left_out, unit, middle, ..best };
-    Ok(DiscFit { solution, impacts, scatter, others, undetermined, dof })
+    Ok(DiscFit { solution, impacts, others, undetermined })
 }
 
 /// The shots that the law is fitted to.
@@ -161,15 +146,13 @@ impl Shots<'_> {
         block.is_some_and(|block| block.shots.iter().filter(|shot| shot.knows_slip).count() > 1)
     }
 
-    /// Fits a rigid contact and a compliant one, as far as they are possible; returns the minima of
-    /// the likelier one, the likeliest first.
+    /// Fits the contact as stated, or else a rigid one, and a compliant one if that is open; returns
+    /// the minima of the likelier one, the likeliest first.
     fn choose_law(&mut self) -> Result<Vec<Solution>, FilmError> {
-        let (shots, compliance) = (self.free.names[0].len(), self.settings.compliance);
-        if compliance == Compliance::Stated && self.show_law() {
-            return self.fit_law(true);
-        }
+        let shots = self.free.names[0].len();
         let rigid = self.fit_law(false)?;
-        if compliance != Compliance::Auto || shots < LEAST_SHOTS || !self.show_law() {
+        let is_open = self.settings.compliance == Compliance::Auto;
+        if !is_open || shots < LEAST_SHOTS || !self.show_law() {
             return Ok(rigid);
         }
         let compliant = self.fit_law(true)?;
@@ -178,12 +161,8 @@ impl Shots<'_> {
         if fall <= self.policy.cause {
             return Ok(rigid);
         }
-        self.free.findings.push(Finding::Compliance {
-            kappa: compliant[0].value(Id::Kappa),
-            shots,
-            fall,
-            adopted: true,
-        });
+        let kappa = compliant[0].value(Id::Kappa);
+        self.free.findings.push(Finding::Compliance { kappa, shots, fall, adopted: true });
         Ok(compliant)
     }
 
@@ -219,7 +198,7 @@ impl Shots<'_> {
         }
         let kappa = problem.unknown_mut(Id::Kappa);
         kappa.bounds[0] = kappa.bounds[0].max(LEAST_KAPPA);
-        if is_compliant && self.settings.compliance == Compliance::Auto {
+        if is_compliant {
             kappa.mode = Mode::Free;
         }
         if !self.show_law() {
@@ -229,21 +208,18 @@ impl Shots<'_> {
         Ok(problem)
     }
 
-    /// Returns states in which each shot has the outcome that was measured, at values of μ and κ by
-    /// which these are likely, the likeliest first.
+    /// Returns states at values of μ and κ by which the measured J_t/J_n are likely, the likeliest
+    /// first.
     fn starts(&self, problem: &Problem) -> Result<Vec<State>, FilmError> {
         let block = problem.discs().ok_or(FilmError::NoFilm)?;
         let mut first = self.free.at.state.clone();
-        let outcome =
-            |(i, own): (usize, &Own)| Some(block.outcome(i, own, &first.shared)?.map(|value| value.re));
-        let outcomes: Vec<Option<[f64; 2]>> = first.own[0].iter().enumerate().map(outcome).collect();
         for id in LAW {
             first.shared[id] = problem.unknown(id).start;
         }
         let e = problem.unknown(Id::E);
         if e.mode == Mode::Free {
-            let all: Vec<f64> = outcomes.iter().flatten().map(|[e, _]| *e).collect();
-            let mean = all.iter().sum::<f64>() / all.len() as f64;
+            let own = &first.own[0];
+            let mean = own.iter().map(|own| own[own::RESTITUTION]).sum::<f64>() / own.len() as f64;
             first.shared[Id::E] = mean.clamp(e.bounds[0] + 1e-3, e.bounds[1] - 1e-3);
         }
         let grid = |id: Id, values: &[f64]| -> Vec<f64> {
@@ -257,29 +233,21 @@ impl Shots<'_> {
             let at = |mu: f64| {
                 let mut state = first.clone();
                 (state.shared[Id::Mu], state.shared[Id::Kappa]) = (mu, kappa);
-                (set_outcomes(block, &mut state, &outcomes), state)
+                (misfit(block, &state), state)
             };
             let all = grid(Id::Mu, &DISC_MUS).into_iter().map(at);
             starts.extend(all.min_by(|a, b| a.0.total_cmp(&b.0)));
         }
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let most = starts.first().map_or(0.0, |best| best.0 + LESS_LIKELY);
-        let likely = starts.into_iter().take(STARTS).filter(|(square, _)| *square <= most);
-        Ok(likely.map(|(_, state)| state).collect())
+        Ok(starts.into_iter().take(STARTS).map(|(_, state)| state).collect())
     }
 }
 
-/// Sets the outcomes of shots; returns how far J_t/J_n is off the law, in squares of its scatter.
-fn set_outcomes(block: &DiscBlock, state: &mut State, outcomes: &[Option<[f64; 2]>]) -> f64 {
-    let mut square = 0.0;
-    for (i, (own, outcome)) in state.own[0].iter_mut().zip(outcomes).enumerate() {
-        let Some(outcome) = outcome else { continue };
-        block.set_outcome(i, own, &state.shared, *outcome);
-        if block.shots[i].knows_slip {
-            square += (own[own::RATIO].powi(2) / RATIO_VARIANCE).min(MAX_SQUARE);
-        }
-    }
-    square
+/// Returns how far J_t/J_n of the shots are off the law, in squares of their scatter.
+fn misfit(block: &DiscBlock, state: &State) -> f64 {
+    let of_shot = |(i, own): (usize, &Own)| block.deviations(i, own, &state.shared);
+    let all = state.own[0].iter().enumerate().flat_map(of_shot).filter(|number| number.spread == 1);
+    all.map(|number| (number.value / RATIO_SD).powi(2).min(MAX_SQUARE)).sum()
 }
 
 /// Returns whether the logarithms of μ or κ differ by as much as those of different minima.
@@ -299,12 +267,11 @@ fn judge_shots(fit: &Solution, policy: &Policy) -> Result<Vec<bool>, FilmError> 
     let block = fit.problem.discs().ok_or(FilmError::NoFilm)?;
     let reduced = fit.at.eliminate(&fit.problem, 0.0).ok_or(FilmError::Undetermined)?;
     let is_likely = |i: usize| {
-        let squares = block.own_priors(i).into_iter().filter_map(|(place, prior)| {
-            let OwnPrior::Spread(which) = prior else { return None };
-            let variance = block.spreads[which].sd.powi(2);
-            let expected = variance - reduced.own[0][i].covariance[(place, place)];
+        let squares = fit.at.shots[0][i].scattered.iter().filter_map(|number| {
+            let variance = block.spreads[number.spread].sd.powi(2);
+            let expected = variance - reduced.own[0][i].variance(&number.by);
             // quantities that the frames do not show do not count
-            (expected > 1e-3 * variance).then(|| fit.at.state.own[0][i][place].powi(2) / expected)
+            (expected > 1e-3 * variance).then(|| number.value.powi(2) / expected)
         });
         let squares: Vec<f64> = squares.collect();
         let largest = squares.iter().copied().fold(0.0, f64::max);
@@ -316,13 +283,26 @@ fn judge_shots(fit: &Solution, policy: &Policy) -> Result<Vec<bool>, FilmError> 
     Ok(if too_many { vec![true; keep.len()] } else { keep })
 }
 
+impl DiscFit {
+    /// Returns the standard deviation from shot to shot of each [`Component`], 0 if the frames do not
+    /// show it.
+    pub(crate) fn scatter(&self) -> [f64; Component::ALL.len()] {
+        let mut scatter = [0.0; Component::ALL.len()];
+        let spreads = self.solution.problem.samples[0].block.spreads();
+        for number in self.solution.at.shots[0].iter().flat_map(|shot| &shot.scattered) {
+            scatter[number.spread] = spreads[number.spread].sd;
+        }
+        scatter
+    }
+}
+
 impl Solution {
     /// Returns J_t/J_n on the second of two discs of a fit of discs that close and slip with these
     /// velocities, m/s.
     pub(crate) fn impulse_ratio(&self, [closing, slip]: [f64; 2]) -> Option<f64> {
         let inertia = self.problem.discs()?.discs.inertia;
-        let e = self.value(Id::E) - self.value(Id::ESlope) * closing;
-        let of_law = [Id::Mu, Id::FallB, Id::FallC, Id::Kappa].map(|id| constant(self.value(id)));
-        friction(&[closing, slip, e].map(constant), &of_law, inertia).map(|ratio| ratio.re)
+        let shared = &self.state().shared;
+        let e = shared[Id::E] - shared[Id::ESlope] * closing;
+        Some(Friction::new([closing, slip, e], shared, inertia)?.ratio)
     }
 }

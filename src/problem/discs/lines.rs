@@ -1,14 +1,12 @@
 //! First guesses from straight lines through the frames on both sides of the nearest approach: how
 //! discs meet and turn, or stick together, so that the distance of their centres stays.
 
-use std::f64::consts::{PI, TAU};
-
 use crate::extraction::{Bodies, Unusable};
 use crate::film::frame_noise::{constant_axis, noise_of};
 use crate::film::rigid_body::frames;
 use crate::measurement::dataset::Measured;
 use crate::measurement::track::{Sample, TrackShot};
-use crate::numerics::median;
+use crate::numerics::{median, wrap};
 use crate::problem::film::camera::Point;
 
 /// Frames of each disc on either side of the impact that are needed.
@@ -53,42 +51,29 @@ fn median_slope(points: &[(f64, f64)]) -> f64 {
     median(pairs.map(|(a, b)| (b.1 - a.1) / (b.0 - a.0)).collect())
 }
 
-/// A straight path.
-#[derive(Clone, Copy)]
-struct Line {
-    /// At the instant that the line was asked for.
-    position: Point,
-    velocity: Point,
-}
+/// A straight path: place and velocity at the instant that it was asked for.
+type Line = [Point; 2];
 
-impl Line {
-    fn through(samples: &[Sample], at: f64) -> Self {
+/// Returns the lines through the frames of a disc next to an instant, before and after it.
+///
+/// # Errors
+/// These frames are too few.
+fn lines_beside(samples: &[Sample], disc: usize, at: f64, frame: f64) -> Result<[Line; 2], Unusable> {
+    let before = samples.partition_point(|s| s.t < at - 0.5 * frame);
+    let after = samples.partition_point(|s| s.t < at + 0.5 * frame);
+    let sides =
+        [&samples[before.saturating_sub(NEAR)..before], &samples[after..samples.len().min(after + NEAR)]];
+    if let Some(side) = sides.iter().position(|near| near.len() < LEAST) {
+        return Err(Unusable::too_few(Bodies::Discs, [disc, side], sides[side].len(), LEAST));
+    }
+    Ok(sides.map(|near| {
         let [x, y] = [|s: &Sample| s.x, |s: &Sample| s.y].map(|pick| {
-            let points: Vec<(f64, f64)> = samples.iter().map(|s| (s.t - at, pick(s))).collect();
+            let points: Vec<(f64, f64)> = near.iter().map(|s| (s.t - at, pick(s))).collect();
             let slope = median_slope(&points);
             [median(points.iter().map(|(t, x)| x - slope * t).collect()), slope]
         });
-        Self { position: Point::new(x[0], y[0]), velocity: Point::new(x[1], y[1]) }
-    }
-
-    /// Returns the lines through the frames of a disc next to an instant, before and after it.
-    ///
-    /// # Errors
-    /// These frames are too few.
-    fn beside(samples: &[Sample], disc: usize, at: f64, frame: f64) -> Result<[Self; 2], Unusable> {
-        let before = samples.partition_point(|s| s.t < at - 0.5 * frame);
-        let after = samples.partition_point(|s| s.t < at + 0.5 * frame);
-        let sides =
-            [&samples[before.saturating_sub(NEAR)..before], &samples[after..samples.len().min(after + NEAR)]];
-        match sides.iter().position(|near| near.len() < LEAST) {
-            None => Ok(sides.map(|near| Self::through(near, at))),
-            Some(side) => Err(Unusable::too_few(Bodies::Discs, [disc, side], sides[side].len(), LEAST)),
-        }
-    }
-
-    fn at(&self, late: f64) -> Point {
-        self.position + self.velocity * late
-    }
+        [Point::new(x[0], y[0]), Point::new(x[1], y[1])]
+    }))
 }
 
 /// A first guess of an impact.
@@ -110,20 +95,20 @@ impl Meeting {
         let bodies = Bodies::Discs;
         let discs = [shot.cue.as_slice(), &shot.object];
         let frame = shot.fps.recip();
-        let lines_beside = |time: f64| -> Result<[[Line; 2]; 2], Unusable> {
-            Ok([Line::beside(discs[0], 0, time, frame)?, Line::beside(discs[1], 1, time, frame)?])
-        };
         if discs.iter().any(|samples| samples.len() < 2 * LEAST) {
             return Err(Unusable::TooShort { bodies, frames: discs.map(<[_]>::len), least: 2 * LEAST });
         }
+        let lines_at = |time: f64| -> Result<[[Line; 2]; 2], Unusable> {
+            Ok([lines_beside(discs[0], 0, time, frame)?, lines_beside(discs[1], 1, time, frame)?])
+        };
         if let Some(stuck) = stuck {
             // the lines after it are those of no disc
             let time = stuck.settling[0];
-            return Ok(Self::of(time, 0.0, &lines_beside(time)?));
+            return Ok(Self::of(time, 0.0, lines_at(time)?));
         }
         let nearest = smooth_distances(shot).into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
         let mut time = nearest.ok_or(Unusable::NoCollision(bodies))?.0;
-        let mut lines = lines_beside(time)?;
+        let mut lines = lines_at(time)?;
         let steps = discs.iter().flat_map(|samples| samples.windows(2)).map(|two| two[1].t - two[0].t);
         let farthest = steps.fold(FARTHEST * frame, f64::max);
         for _ in 0..ROUNDS {
@@ -133,28 +118,31 @@ impl Meeting {
             }
             // beyond a gap: the frames on either side are then others
             time += late.clamp(-farthest, farthest);
-            lines = lines_beside(time)?;
+            lines = lines_at(time)?;
         }
         let late = crossing(&lines).clamp(-FARTHEST * frame, FARTHEST * frame);
-        let [first, second] = lines;
-        let [g, h] = [0, 1].map(|side| second[side].velocity - first[side].velocity);
-        let [p, q] = [0, 1].map(|side| second[side].at(late) - first[side].at(late));
+        let meeting = Self::of(time, late, lines);
+        let [[v, v_after], [w, w_after]] = meeting.velocities;
+        let (g, h) = (w - v, w_after - v_after);
+        let apart = [0, 1].map(|side| {
+            let [p, q] = lines.map(|of_disc| of_disc[side]).map(|[place, velocity]| place + velocity * late);
+            q - p
+        });
         let is_met = match constant_axis(shot) {
             // marks on the edges that touch are at no distance
             Some(_) => g.dot(&h) < 0.0,
-            None => p.dot(&g) < 0.0 && q.dot(&h) > 0.0,
+            None => apart[0].dot(&g) < 0.0 && apart[1].dot(&h) > 0.0,
         };
         let is_pushed = (h - g).norm() > MIN_VELOCITY_CHANGE * g.norm();
-        if is_met && is_pushed {
-            Ok(Self::of(time, late, &lines))
-        } else {
-            Err(Unusable::NoCollision(bodies))
-        }
+        if is_met && is_pushed { Ok(meeting) } else { Err(Unusable::NoCollision(bodies)) }
     }
 
-    fn of(time: f64, late: f64, lines: &[[Line; 2]; 2]) -> Self {
-        let velocities = lines.map(|line| line.map(|side| side.velocity));
-        Self { time: time + late, places: lines.map(|line| line[0].at(late)), velocities }
+    fn of(time: f64, late: f64, lines: [[Line; 2]; 2]) -> Self {
+        Self {
+            time: time + late,
+            places: lines.map(|[[place, velocity], _]| place + velocity * late),
+            velocities: lines.map(|sides| sides.map(|[_, velocity]| velocity)),
+        }
     }
 
     pub fn distance(&self) -> f64 {
@@ -172,8 +160,7 @@ impl Meeting {
 /// Returns how much later than the instant of the lines the relative paths before and after it are
 /// nearest to each other, s: τ = −Δp·Δg/|Δg|².
 fn crossing([first, second]: &[[Line; 2]; 2]) -> f64 {
-    let change = |of: fn(&Line) -> Point| (of(&second[1]) - of(&first[1])) - (of(&second[0]) - of(&first[0]));
-    let (jump, turn) = (change(|line| line.position), change(|line| line.velocity));
+    let [jump, turn] = [0, 1].map(|i| (second[1][i] - first[1][i]) - (second[0][i] - first[0][i]));
     let square = turn.norm_squared();
     if square > 0.0 { -jump.dot(&turn) / square } else { 0.0 }
 }
@@ -197,12 +184,11 @@ impl Turning {
         for (t, places) in frames(&[centre, marker]) {
             let [Some([x, y]), Some([u, v])] = places[..] else { continue };
             let last = arms.last().map_or(0.0, |last| last.x);
-            let turn = ((v - y).atan2(u - x) - last + PI).rem_euclid(TAU) - PI;
-            arms.push(Sample::new(t, [last + turn, (u - x).hypot(v - y)]));
+            arms.push(Sample::new(t, [last + wrap((v - y).atan2(u - x) - last), (u - x).hypot(v - y)]));
         }
-        let [before, _] = Line::beside(&arms, 0, time, fps.recip()).ok()?;
+        let [[at, rate], _] = lines_beside(&arms, 0, time, fps.recip()).ok()?;
         let radius = median(arms.iter().map(|arm| arm.y).collect());
-        Some(Self { rate: before.velocity[0], direction: before.position[0], radius })
+        Some(Self { rate: rate.x, direction: at.x, radius })
     }
 }
 

@@ -2,12 +2,11 @@
 
 use std::sync::Arc;
 
-use super::block::{DiscBlock, ShotFrames};
-use super::impact::{DiscImpact, find_doubts};
+use super::block::{DiscBlock, PointTrack, ShotFrames, places_of_inputs};
+use super::impact::{DiscImpact, Quantity, find_doubts};
 use super::lines::LEAST;
-use super::motion::{INPUTS, MOVING, locate};
-use super::own::{self, CORE, LAW, LEAST_SHOTS};
-use super::quantities::Quantity;
+use super::motion::{INPUTS, locate};
+use super::own::{self, LAW, LEAST_SHOTS};
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::problem::block::Block;
 use crate::problem::descent::{Descent, descend};
@@ -21,15 +20,14 @@ use crate::problem::policy::Policy;
 use crate::problem::problem::{Problem, State};
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
-use crate::problem::unknowns::{Id, Mode, SHARED, Shared};
+use crate::problem::unknowns::{Mode, Shared};
 
 /// Rounds of leaving out shots, and of descents that did not end at a minimum.
 pub(super) const ROUNDS: usize = 3;
 
-/// Frames on either side of the impact that are used, one number after the other: paths are
-/// followed from the impact on to a rail or a hand. The last one is for shots that are too few to
-/// show how decelerations differ: in long paths they are less even.
-const REACHES: [f64; 4] = [15.0, 30.0, 60.0, 120.0];
+/// Frames on either side of the impact that are used at most: of few shots, and of more, which show
+/// how decelerations differ: in long paths they are less even.
+const REACHES: [f64; 2] = [120.0, 60.0];
 
 /// Smallest number of frames on either side that decelerations which are not even leave.
 const LEAST_REACH: f64 = 7.0;
@@ -97,23 +95,15 @@ pub(super) fn measure(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDisc
     for id in LAW {
         unknowns[id as usize].mode = Mode::Fixed;
     }
-    unknowns[Id::Kappa as usize].start = 0.0;
-    let reaches = if own.len() < LEAST_SHOTS { &REACHES[..] } else { &REACHES[..REACHES.len() - 1] };
+    let reach = REACHES[usize::from(own.len() >= LEAST_SHOTS)];
     let mut state = State { own: vec![own], shared: Shared::starts(&unknowns) };
     let mut problem = Problem::of_one(Block::Discs(block), unknowns);
     let free = problem.free();
-    for (i, reach) in reaches.iter().enumerate() {
-        let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
-        for shot in Arc::make_mut(&mut block.shots) {
-            shot.reach = *reach;
-        }
-        block.choose_frames(&state);
-        // frames beyond those that were fitted may be off the path
-        if i > 0 {
-            block.drop_frames(&state, policy);
-        }
-        state = descend(&problem, problem.evaluate(state), &free, STEPS).end.state;
+    let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
+    for shot in Arc::make_mut(&mut block.shots) {
+        shot.reach = reach;
     }
+    block.choose_frames(&state);
     state = descend_with_noise(&mut problem, state).end.state;
     for _ in 0..MAX_TOUCHING {
         let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
@@ -208,7 +198,8 @@ impl DiscBlock {
     fn drop_frames(&mut self, state: &State, policy: &Policy) -> bool {
         let mut changed = false;
         for (i, own) in state.own[0].iter().enumerate() {
-            let sights = self.sights(i, own, &state.shared);
+            let Some(motion) = self.follow(i, own, &state.shared) else { continue };
+            let sights = self.sights(i, &motion, own, &state.shared);
             let shot = &mut Arc::make_mut(&mut self.shots)[i];
             for (track, sights) in shot.tracks.iter_mut().zip(sights) {
                 let outlying = outlying(&sights, own[own::TIME], policy);
@@ -229,7 +220,8 @@ impl DiscBlock {
         let mut changed = false;
         for (i, shot) in Arc::make_mut(&mut self.shots).iter_mut().enumerate() {
             let own = &state.own[0][i];
-            let sights = next.sights(i, own, &state.shared);
+            let Some(motion) = next.follow(i, own, &state.shared) else { continue };
+            let sights = next.sights(i, &motion, own, &state.shared);
             let reach = (shot.touching as f64 + 1.0) / shot.fps;
             let near = sights.iter().flatten().filter(|frame| (frame.time - own[own::TIME]).abs() <= reach);
             let squares: Vec<f64> = near.map(Sight::square).collect();
@@ -249,14 +241,13 @@ fn list_impacts(solution: &Solution, film: (f64, Point)) -> Result<Vec<DiscImpac
     let reduced = end.eliminate(&solution.problem, 0.0).ok_or(FilmError::Undetermined)?;
     let of_shot = |i: usize| {
         let (shot, own) = (&block.shots[i], &end.state.own[0][i]);
-        let paths = block.follow(i, own, &end.state.shared)?;
+        let motion = block.follow(i, own, &end.state.shared)?;
         // the covariance of the inputs of the motion
         let all = solution.covariance.shot_covariance(&reduced, (0, i), &end.shots[0][i].held);
-        let shared = all.nrows() - SHARED;
-        let places: Vec<usize> = (0..CORE).chain(MOVING.map(|id| shared + id as usize)).collect();
+        let places = places_of_inputs(own.len());
         let inputs = all.select_rows(&places).select_columns(&places);
         let inputs = inputs.fixed_view::<INPUTS, INPUTS>(0, 0);
-        let mut values = paths.quantities(shot, &block.discs).map(|quantity| {
+        let mut values = motion.quantities(shot, &block.discs).map(|quantity| {
             let (value, by) = (quantity?.re, gradient(&quantity?));
             Some(Measured { value, sd: Some(by.dot(&(inputs * by)).max(0.0).sqrt()) })
         });
@@ -267,29 +258,27 @@ fn list_impacts(solution: &Solution, film: (f64, Point)) -> Result<Vec<DiscImpac
         if let Some(stuck) = &shot.stuck {
             values[Quantity::Restitution as usize] = Some(stuck.restitution);
         }
-        let mut times: Vec<(usize, f64)> = Vec::new();
-        for track in &shot.tracks {
-            let used = track.frames.iter().filter(|frame| frame.used);
-            times.extend(used.map(|frame| (track.disc, frame.time)));
-        }
-        times.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let window = [times.first()?.1, times.last()?.1];
-        times.sort_by_key(|(disc, _)| *disc);
+        let used = |track: &PointTrack| -> Vec<(usize, f64)> {
+            track.frames.iter().filter(|frame| frame.used).map(|frame| (track.disc, frame.time)).collect()
+        };
+        let mut times: Vec<(usize, f64)> = shot.tracks.iter().flat_map(used).collect();
+        times.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
         times.dedup();
+        let ends = [f64::min, f64::max].map(|of| times.iter().map(|(_, time)| *time).reduce(of));
         Some(DiscImpact {
             name: shot.name.clone(),
             values,
             position_sd: block.variances(i).into_iter().fold(0.0, f64::max).sqrt(),
             misfit: block.misfit(i),
             frames: times.len(),
-            window,
+            window: [ends[0]?, ends[1]?],
             touching: shot.touching,
             outliers: shot.outliers,
-            radii: paths.radii.map(|radius| radius.re),
+            radii: motion.radii.map(|radius| radius.re),
             stuck: shot.stuck,
             doubts: Vec::new(),
             paths: PicturePaths::new(
-                paths.pieces.each_ref().map(|sides| &sides[..]),
+                motion.pieces.each_ref().map(|sides| &sides[..]),
                 |at, late| (at.try_into().map_or(Point::zeros(), |at| locate::<f64>(at, late, None)), 0.0),
                 own[own::TIME],
                 Camera::new(&end.state.shared),

@@ -8,4 +8,3 @@ pub(crate) mod lines;
 pub(crate) mod measure;
 mod motion;
 pub(crate) mod own;
-pub(crate) mod quantities;

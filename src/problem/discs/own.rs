@@ -1,11 +1,10 @@
-//! Unknowns of films of discs: the own unknowns of each shot, in SI units and the frame of the
-//! table, what scatters from shot to shot, and the priors of the unknowns that all shots share.
+//! Unknowns of films of discs: those of each shot, in SI units and the frame of the table, what
+//! scatters from shot to shot, and the priors of those that all shots share.
 
 use std::ops::Range;
 
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::physics::disc::Discs;
-use crate::physics::name::worded;
 use crate::problem::film::priors::{known, list_camera, list_contact};
 use crate::problem::sums::Spread;
 use crate::problem::unknowns::{Id, Mode, Unknown};
@@ -22,9 +21,10 @@ pub(crate) const DISTANCE: usize = 4;
 pub(crate) const VELOCITY: usize = 5;
 /// Angular velocities of both discs before the impact.
 pub(crate) const SPIN: usize = 9;
-/// Offset of e from the law.
+/// e.
 pub(crate) const RESTITUTION: usize = 11;
-/// Offset of J_t/J_n from the law.
+/// J_t/J_n; of discs that stick, what they turn beyond their angular momentum, over the closing
+/// speed and times their distance.
 pub(crate) const RATIO: usize = 12;
 /// Momentum gained along and across the line of centres, over the normal impulse.
 pub(crate) const MOMENTUM: usize = 13;
@@ -38,6 +38,30 @@ pub(crate) const LEAD: usize = 21;
 /// marker at the impact.
 pub(crate) const CORE: usize = 22;
 
+/// A quantity that differs from shot to shot beyond the noise of the frames.
+pub(crate) struct Component {
+    /// Its name in output.
+    pub(crate) name: &'static str,
+    /// Places of its own unknowns.
+    pub(super) places: Range<usize>,
+    /// Standard deviation before the frames are seen, as large as hands and tables make it
+    /// (data/pucks-chalmers-2023), since estimates decrease faster than they grow; and the smallest
+    /// that frames determine.
+    sds: [f64; 2],
+}
+
+impl Component {
+    /// All components, e first, then J_t/J_n, which scatter about the law of the impact.
+    pub(crate) const ALL: [Self; 6] = [
+        Self { name: "e", places: RESTITUTION..RATIO, sds: [0.05, 2e-4] },
+        Self { name: "impulse_ratio", places: RATIO..MOMENTUM, sds: [0.05, 2e-4] },
+        Self { name: "momentum", places: MOMENTUM..SPIN_RATIO, sds: [0.03, 1e-4] },
+        Self { name: "spin_ratio", places: SPIN_RATIO..SLOWING, sds: [0.05, 2e-4] },
+        Self { name: "contact_distance_m", places: DISTANCE..VELOCITY, sds: [1e-3, 3e-6] },
+        Self { name: "slowing_m_s2", places: SLOWING..LEAD, sds: [1.0, 5e-4] },
+    ];
+}
+
 /// How much the four decelerations of a single shot differ before the frames are seen, m/s². It
 /// counts as one shot.
 const EVEN_SLOWING: f64 = 0.002;
@@ -49,12 +73,11 @@ const RATES: [f64; 2] = [30.0, 1000.0];
 
 /// Relative standard deviations of the sum of stated radii, rubber bands and the give of rims
 /// included, and of the ratio of stated masses.
-const RADII_SD: f64 = 0.01;
-const MASS_SD: f64 = 0.01;
+const STATED_SD: f64 = 0.01;
 
-/// Standard deviation of the deceleration at any speed, m/s²: g/100, as on ice or a poor air table.
+/// Standard deviations of the deceleration at any speed, m/s²: g/100, as on ice or a poor air
+/// table; and of the deceleration over the speed, 1/s.
 const SLOWING_SD: f64 = 0.1;
-/// Standard deviation of the deceleration over the speed, 1/s.
 const DRAG_SD: f64 = 1.0;
 
 /// Unknowns of the law of the impact.
@@ -63,57 +86,21 @@ pub(super) const LAW: [Id; 6] = [Id::Mu, Id::E, Id::FallB, Id::FallC, Id::Kappa,
 /// Number of shots that determine a camera, or how a deceleration depends on speed, at least.
 pub(super) const LEAST_SHOTS: usize = 3;
 
-worded! {
-    /// A quantity that differs from shot to shot beyond the noise of the frames.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub(crate) enum Component {
-        /// e.
-        Restitution = "e",
-        /// J_t/J_n.
-        Ratio = "impulse_ratio",
-        /// Momentum gained along and across the line of centres, over the normal impulse.
-        Momentum = "momentum",
-        /// J_t/J_n by the spins of the discs less that by their paths.
-        SpinRatio = "spin_ratio",
-        /// Distance of the centres at the impact, m.
-        Distance = "contact_distance_m",
-        /// Deceleration of a disc on one side of the impact, m/s².
-        Slowing = "slowing_m_s2",
-    }
-    /// The name in output.
-    pub fn name;
-}
-
-impl Component {
-    /// Returns the places of its own unknowns, and its standard deviations: that from shot to shot
-    /// before the frames are seen, as large as hands and tables make it (data/pucks-chalmers-2023),
-    /// since estimates decrease faster than they grow; and the smallest that frames determine.
-    pub(super) fn describe(self) -> (Range<usize>, [f64; 2]) {
-        match self {
-            Self::Restitution => (RESTITUTION..RATIO, [0.05, 2e-4]),
-            Self::Ratio => (RATIO..MOMENTUM, [0.05, 2e-4]),
-            Self::Momentum => (MOMENTUM..SPIN_RATIO, [0.03, 1e-4]),
-            Self::SpinRatio => (SPIN_RATIO..SLOWING, [0.05, 2e-4]),
-            Self::Distance => (DISTANCE..VELOCITY, [1e-3, 3e-6]),
-            Self::Slowing => (SLOWING..LEAD, [1.0, 5e-4]),
-        }
-    }
-}
-
 /// Returns how much each [`Component`] differs before the frames are seen. A single shot shows it
 /// of its four decelerations alone, and poorly: its own values are then those of its discs.
 pub(super) fn spreads(discs: &Discs, shots: usize) -> Vec<Spread> {
-    let of_component = |component: Component| {
-        let (_, [first, least]) = component.describe();
-        let is_slowing = component == Component::Slowing;
-        let [slow, fast] =
-            if is_slowing { RATES.map(|rate| unit_of_time(discs, rate).powi(2)) } else { [1.0; 2] };
-        match shots {
-            1 => Spread::first(if is_slowing { EVEN_SLOWING * slow } else { least }, least * fast),
-            _ => Spread { weight: 0.0, ..Spread::first(first * slow, least * fast) },
+    let of_component = |component: &Component| {
+        let ([mut first, mut least], is_slowing) = (component.sds, component.places.start == SLOWING);
+        if shots == 1 {
+            first = if is_slowing { EVEN_SLOWING } else { least };
         }
+        if is_slowing {
+            first *= unit_of_time(discs, RATES[0]).powi(2);
+            least *= unit_of_time(discs, RATES[1]).powi(2);
+        }
+        Spread { sd: first, first, weight: if shots == 1 { 1.0 } else { 0.0 }, least }
     };
-    Component::ALL.into_iter().map(of_component).collect()
+    Component::ALL.iter().map(of_component).collect()
 }
 
 /// Returns the unit of time of a film in seconds: a frame at this rate if its own is unknown.
@@ -121,52 +108,49 @@ fn unit_of_time(discs: &Discs, rate: f64) -> f64 {
     if discs.in_seconds { 1.0 } else { rate.recip() }
 }
 
-/// Returns every shared unknown in the order of [`Id`]. `guessed`: the median distance of the
+/// Returns every shared unknown in the order of [`Id`]. `typical`: the median distance of the
 /// centres at the impacts, m, and the median mass ratio that momentum gives.
 pub(super) fn list_unknowns(
     dataset: &Dataset,
     tracks: &Tracks,
     discs: &Discs,
-    [distance, mass_ratio]: [f64; 2],
+    typical: [f64; 2],
     (shots, is_flat): (usize, bool),
 ) -> Vec<Unknown> {
     let mut all = Unknown::list();
     list_contact(&mut all, &dataset.settings);
-    all[Id::MuS as usize].mode = Mode::Fixed;
-    all[Id::RadiusRatio as usize].mode = Mode::Fixed;
-    for (id, start) in [(Id::MassRatio, mass_ratio), (Id::ContactDistance, distance)] {
+    let sum = discs.radii.map(|[first, second]| first + second);
+    let ratio = discs.masses.map(|[first, second]| first / second);
+    let shown = [(Id::ContactDistance, sum), (Id::MassRatio, ratio)];
+    for ((id, stated), start) in shown.into_iter().zip(typical) {
         all[id as usize] = Unknown { start, mode: Mode::Free, prior: None, ..all[id as usize] };
-    }
-    if is_flat {
-        all[Id::ContactDistance as usize].mode = Mode::Fixed;
-    }
-    if let Some([first, second]) = discs.masses {
-        known(&mut all, Id::MassRatio, first / second, MASS_SD * first / second);
-    }
-    if let Some([first, second]) = discs.radii {
-        known(&mut all, Id::ContactDistance, first + second, RADII_SD * (first + second));
+        if let Some(stated) = stated {
+            known(&mut all, id, stated, STATED_SD * stated);
+        }
     }
     let second = unit_of_time(discs, RATES[0]);
     known(&mut all, Id::Slowing, 0.0, SLOWING_SD * second * second);
-    // few shots do not distinguish it from a deceleration at any speed
-    if shots >= LEAST_SHOTS {
-        known(&mut all, Id::Drag, 0.0, DRAG_SD * second);
-    }
+    known(&mut all, Id::Drag, 0.0, DRAG_SD * second);
     // a table slows discs down
     for id in [Id::Slowing, Id::Drag] {
         all[id as usize].bounds[0] = 0.0;
     }
     list_camera(&mut all, tracks);
-    for unknown in &mut all[Id::Scale as usize..=Id::Nearness as usize] {
+    let is_seen = shots >= LEAST_SHOTS && !is_flat;
+    for unknown in &mut all {
         let is_shown = match unknown.id {
-            Id::Scale => discs.radii.is_some(),
+            Id::MuS | Id::RadiusRatio => false,
+            // few shots do not distinguish it from a deceleration at any speed
+            Id::Drag => shots >= LEAST_SHOTS,
+            Id::ContactDistance => !is_flat || sum.is_some(),
+            Id::Scale => is_seen && discs.radii.is_some(),
             // a delay has no meaning without a unit of time
-            Id::ShutterX | Id::ShutterY => discs.in_seconds,
+            Id::ShutterX | Id::ShutterY => is_seen && discs.in_seconds,
             // discs do not hop
             Id::ParallaxX | Id::ParallaxY | Id::Nearness => false,
-            _ => true,
+            id => is_seen || !(Id::Scale..=Id::Nearness).contains(&id),
         };
-        if is_flat || shots < LEAST_SHOTS || !is_shown {
+        if !is_shown {
             unknown.mode = Mode::Fixed;
         }
     }

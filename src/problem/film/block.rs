@@ -12,7 +12,7 @@ use super::motion::{COEFFICIENTS, Piece, Struck, cue_before, own_inputs};
 use super::own::{self, OWN};
 use super::spins::{ShotSpin, States};
 use crate::physics::collision::NotACollision;
-use crate::problem::frames::{Columns, Frame, Sight, add_track, whiten};
+use crate::problem::frames::{Columns, Frame, Sight, add_track, rows, whiten};
 use crate::problem::loss::ShotLoss;
 use crate::problem::sums::{Contribution, Noise, Spread, settle};
 use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, Shared};
@@ -239,15 +239,8 @@ impl SideSpin {
     /// Adds what markers show of a side spin after the impact.
     fn add_to(&self, total: &mut Contribution, struck: &Struck, radius: f64) {
         let predicted = struck.after[self.ball].spin[2] / radius;
-        let last = total.products.ncols() - 1;
         let by = gradient(&predicted) / self.sd;
-        let off = (predicted.re - self.spin) / self.sd;
-        let mut block = total.products.fixed_view_mut::<INPUTS, INPUTS>(0, 0);
-        block += by * by.transpose();
-        let mut beside = total.products.fixed_view_mut::<INPUTS, 1>(0, last);
-        beside += by * off;
-        total.products[(last, last)] += off * off;
-        total.cost += off * off;
+        total.add_number((predicted.re - self.spin) / self.sd, by.as_slice());
     }
 }
 
@@ -272,26 +265,11 @@ fn see(
     let powers = [1.0, time, 0.5 * time * time];
     let (place, height) = locate(at.as_slice(), time);
     let [v_x, v_y, v_h] = [0, 1, 2].map(|i| at[3 * i + 1] + at[3 * i + 2] * time);
-    let mut seen = camera.look(place, height);
-    // a later reading sees the ball further along its path
+    let seen = camera.look(place, height);
     let by_time = seen.by_place * Point::new(v_x, v_y) + seen.by_height * v_h;
-    seen.by_camera[Id::ShutterX as usize - PHYSICS] = by_time * frame.seen.x;
-    seen.by_camera[Id::ShutterY as usize - PHYSICS] = by_time * frame.seen.y;
-    let mut rows = [SVector::<f64, ROW>::zeros(); 2];
-    for (axis, row) in rows.iter_mut().enumerate() {
-        let scale = frame.weight[axis] / sd;
-        let by = [seen.by_place[(axis, 0)], seen.by_place[(axis, 1)], seen.by_height[axis]];
-        for (coordinate, by) in by.into_iter().enumerate() {
-            for (power, factor) in powers.into_iter().enumerate() {
-                row[3 * coordinate + power] = by * factor * scale;
-            }
-        }
-        for (place, by) in seen.by_camera.iter().enumerate() {
-            row[COEFFICIENTS + place] = by[axis] * scale;
-        }
-        row[ROW - 1] = (seen.place[axis] - frame.seen[axis]) * scale;
-    }
-    (index, rows)
+    let of_axes = [seen.by_place.column(0).into(), seen.by_place.column(1).into(), seen.by_height];
+    let by: [Point; COEFFICIENTS] = std::array::from_fn(|i| of_axes[i / 3] * powers[i % 3]);
+    (index, rows(frame, seen, &by, by_time, Point::repeat(sd)))
 }
 
 /// Decrease of χ² by which a sliding ball must be likelier than a rolling one: most cue balls roll.

@@ -89,7 +89,7 @@ pub(crate) fn information(
     let made: Vec<(FilmedShot, Own)> = made.collect::<Result<_, _>>()?;
     // the variances of own unknowns if all others are known
     let variances = |(shot, own): &(FilmedShot, Own)| {
-        let (products, _) = film.contribute(shot, own, shared).own_system(0.0, OWN);
+        let (products, _) = film.contribute(shot, own, shared).own_system(OWN);
         Some(products.cholesky()?.inverse().diagonal())
     };
     let variances: Vec<Option<Own>> = made.par_iter().map(variances).collect();

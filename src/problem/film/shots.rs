@@ -288,7 +288,7 @@ impl Solution {
     /// Returns the variances of quantities of a shot with a free outcome: those that its frames
     /// leave, and those of the cloth, which own unknowns and outcome follow.
     fn variances(&self, quantities: &[Dual], sums: &Contribution) -> Option<[DVector<f64>; 2]> {
-        let (matrix, _) = sums.system(&[&Id::OFFSETS[..], &CLOTH].concat(), 0.0);
+        let (matrix, _) = sums.system(&[&Id::OFFSETS[..], &CLOTH].concat());
         let free = OWN + Id::OFFSETS.len();
         let mut covariance = matrix.view((0, 0), (free, free)).into_owned().cholesky()?.inverse();
         for place in (0..OWN).filter(|place| sums.held[*place]) {

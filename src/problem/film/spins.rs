@@ -193,7 +193,7 @@ impl ShotSpin {
         sums: &mut Contribution,
     ) {
         for (place, prior) in self.priors() {
-            sums.add_prior(place, prior.normal(spreads), values[place]);
+            sums.add_prior((place, prior), values[place], spreads);
         }
         let (value, slope) = (values[own::TOPSPIN] + self.mean(shared), sums.slope(own::TOPSPIN));
         let is_at = |bound: f64| (value - bound).abs() < AT_BOUND;

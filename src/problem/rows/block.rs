@@ -155,21 +155,11 @@ impl RowsBlock {
         let Some(predicted) = predicted else { return Contribution::impossible(OWN, width, noises) };
         let mut sums = Contribution::empty(OWN, width, noises);
         sums.sticks = predicted.sticks;
-        let last = OWN + width;
         for residual in &predicted.rows {
-            let by = gradient(residual);
-            let by = &by.as_slice()[..last];
-            for (column, factor) in by.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
-                for (row, other) in by[..=column].iter().enumerate() {
-                    sums.products[(row, column)] += other * factor;
-                }
-                sums.products[(column, last)] += factor * residual.re;
-            }
-            sums.products[(last, last)] += residual.re * residual.re;
-            sums.cost += residual.re * residual.re;
+            sums.add_number(residual.re, &gradient(residual).as_slice()[..OWN + width]);
         }
         for (place, prior) in self.shots[i].own_priors() {
-            sums.add_prior(place, prior.normal(&[]), own[place]);
+            sums.add_prior((place, prior), own[place], &[]);
         }
         sums
     }

@@ -1,13 +1,13 @@
 //! Noises and leverages of the numbers of a table.
 
+use nalgebra::DVector;
+
 use super::block::{Pool, RowsBlock};
 use crate::measurement::observable::Observable;
 use crate::problem::film::dual::gradient;
-use crate::problem::film::own::OWN;
 use crate::problem::problem::{Evaluation, Problem, Reduced, Sample, State};
 use crate::problem::sums::NoiseSums;
 use crate::problem::uncertainty::Estimates;
-use crate::problem::unknowns::PHYSICS;
 
 /// Degrees of freedom below which a noise is not estimated.
 const LEAST_DOF: f64 = 0.5;
@@ -66,22 +66,13 @@ impl RowsBlock {
             return sums;
         }
         let shared = sample.gather(&state.shared);
-        let place = |id: usize| Some((id, estimates.position(sample.columns[id])?));
-        let places: Vec<(usize, usize)> = (0..PHYSICS).filter_map(place).collect();
         for (i, own) in state.own[number].iter().enumerate() {
             let Some(predicted) = self.predict(i, own, &shared) else { continue };
             let (distance, loss) = self.distance(i, own, &shared);
-            let response = reduced.response(number, i, &estimates.columns);
-            let of_own = &reduced.own[number][i].covariance;
             for (residual, row) in predicted.rows.iter().zip(&self.shots[i].rows) {
                 let Some(noise) = row.noise else { continue };
-                let slope = gradient(residual);
-                let by_own = slope.rows(0, OWN);
-                let mut by = response.tr_mul(&by_own);
-                for (id, place) in &places {
-                    by[*place] += slope[OWN + id];
-                }
-                let variance = by.dot(&(&estimates.covariance * &by)) + by_own.dot(&(of_own * by_own));
+                let by = DVector::from_column_slice(gradient(residual).as_slice());
+                let variance = estimates.variance(reduced, (number, i), &by);
                 sums[noise] += loss.weight(distance) * variance;
             }
         }
