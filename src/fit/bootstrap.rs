@@ -14,7 +14,9 @@ use crate::problem::{Id, ShotInfluence, Solution};
 /// Intervals from resampled shots.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Bootstrap {
+    /// Number of samples.
     pub(crate) replicates: usize,
+    /// Seed of the random numbers.
     pub(crate) seed: u64,
     /// Number of samples that could not be fitted or do not determine a parameter; they are left
     /// out.
