@@ -57,9 +57,7 @@ impl BallSection {
         source.check(&RULES);
         let inertia = if self.shape == Shape::Disc { DISC_INERTIA } else { INERTIA };
         source.check(&[(inertia, "ball.inertia")]);
-        for key in ["object.shape", "object.poisson"].into_iter().filter(|key| source.has(key)) {
-            source.wrong(key, format!("{key} is that of both; expected it in [ball]"));
-        }
+        source.check_together("object");
         let mass = self.mass_kg.or(object.and_then(|object| object.mass_kg).filter(|mass| *mass > 0.0));
         Ball {
             radius: self.radius_m.unwrap_or(Ball::POOL.radius),

@@ -144,20 +144,20 @@ impl Problems {
     }
 }
 
-/// Returns the name that a word, in any case, was probably meant to be: the nearest by Jaro–Winkler,
-/// plus 1 if one slip of the pen makes one of the other.
+/// Returns the similarity of a word and a name in any case: Jaro–Winkler, plus 1 if one slip of the
+/// pen makes one of the other.
+pub(crate) fn similarity(word: &str, name: &str) -> f64 {
+    let (word, name) = (word.to_lowercase(), name.to_lowercase());
+    let one_slip = name.len() > 1 && strsim::damerau_levenshtein(&word, &name) <= 1;
+    strsim::jaro_winkler(&word, &name) + f64::from(one_slip)
+}
+
+/// Returns the name that a word was probably meant to be.
 pub(crate) fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     /// Least similarity: less than that of a short word with two letters swapped.
     const MIN_SIMILARITY: f64 = 0.75;
-    let word = word.to_lowercase();
-    let similarity = |name: &str| {
-        let name = name.to_lowercase();
-        let one_slip = name.len() > 1 && strsim::damerau_levenshtein(&word, &name) <= 1;
-        strsim::jaro_winkler(&word, &name) + f64::from(one_slip)
-    };
-    let near = names.into_iter().map(|name| (similarity(name), name));
-    let nearest = near.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (nearest.0 > MIN_SIMILARITY).then_some(nearest.1)
+    let near = names.into_iter().max_by(|a, b| similarity(word, a).total_cmp(&similarity(word, b)))?;
+    (similarity(word, near) > MIN_SIMILARITY).then_some(near)
 }
 
 /// Returns ` (did you mean "throw_deg"?)`, or an empty text if no name is similar.

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
-use super::error::{did_you_mean, nearest};
+use super::error::{did_you_mean, nearest, similarity};
 use super::manifest::{Assume, Kind};
 use super::table::Table;
 use crate::measurement::dataset::{Before, Measured, Measurement, Shot};
@@ -149,8 +149,9 @@ fn check_observed(table: &Table, numbers: &Numbers, observables: &[Observable], 
     let columns: Vec<&str> = observables.iter().map(|observable| observable.column()).collect();
     if columns.is_empty() {
         let names = known.iter().copied().filter(|name| name.parse::<Observable>().is_ok());
-        let mut labels = table.names().filter(|name| !known.contains(name));
-        let near = labels.find_map(|name| Some((name, nearest(name, names.clone())?)));
+        let labels = table.names().filter(|name| !known.contains(name));
+        let near = labels.filter_map(|name| Some((name, nearest(name, names.clone())?)));
+        let near = near.max_by(|a, b| similarity(a.0, a.1).total_cmp(&similarity(b.0, b.1)));
         let hint = near.map_or(String::new(), |(name, near)| format!("; is \"{name}\" meant to be {near}?"));
         let expected = names.collect::<Vec<&str>>().join(", ");
         let message = format!("no column of anything observed; expected at least one of {expected}{hint}");

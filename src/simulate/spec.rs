@@ -9,7 +9,7 @@ use toml::{Table, Value};
 use super::Kind;
 use super::scene::{Camera, Played, checked, faults_of, faults_of_shots};
 use crate::io::DatasetError;
-use crate::io::balls::BallSection;
+use crate::io::balls::{BallSection, Shape};
 use crate::io::error::Problems;
 use crate::io::toml_file;
 use crate::measurement::dataset::ObjectBall;
@@ -234,6 +234,10 @@ impl Faults for Spec {
         let [b, c] = [truth.mu_b.is_some(), truth.mu_c.is_some()];
         expect(b || !c, "truth.mu_b", "missing".to_owned(), both);
         expect(c || !b, "truth.mu_c", "missing".to_owned(), both);
+        let is_ball = stated.shape == Shape::Sphere;
+        expect(is_ball, "object.shape", "\"disc\"".to_owned(), "balls, which specifications are of");
+        let poisson = stated.poisson.map_or(String::new(), |poisson| poisson.to_string());
+        expect(poisson.is_empty(), "object.poisson", poisson, "none, as truth.kappa states the compliance");
         // what is stated remains above 0
         for (key, sd, value) in [
             ("ball.radius_m_sd", ball.radius_m_sd, ball.radius_m),
