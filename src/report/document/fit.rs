@@ -26,7 +26,7 @@ document! {
     /// known.
     #[derive(Default, Deserialize)]
     #[serde(default)]
-    FitDocument(fit: &Fit) [made: Made] {
+    FitDocument(fit: &Fit) [made: Made, of Fit] {
         /// Name of the data set.
         dataset: String = fit.dataset.clone(),
         /// The label that was fitted separately; null if the data set was fitted as a whole.
