@@ -124,8 +124,10 @@ fn schema<T: JsonSchema>() -> Schema {
     SchemaSettings::draft2020_12().for_serialize().into_generator().into_root_schema_for::<T>()
 }
 
-/// The schemas of what each command prints with `--json`, and of dataset.toml.
-pub(crate) const SCHEMAS: [(&str, fn() -> Schema); 9] = [
+/// A command and the schema of what it prints with `--json`; `dataset` stands for dataset.toml.
+type CommandSchema = (&'static str, fn() -> Schema);
+
+pub(crate) const SCHEMAS: [CommandSchema; 9] = [
     ("fit", schema::<FitDocument>),
     ("compare", schema::<CompareDocument>),
     ("accuracy", schema::<AccuracyDocument>),
