@@ -59,7 +59,7 @@ fn halves_that_contradict_each_other_are_no_result() {
 
 /// Shots with other values of μ and e.
 fn with(mu: f64, e: f64, seed: u64) -> Vec<TrackShot> {
-    let spec = rolls(seed).with(&format!("truth = {{ mu = {mu}, e = {e} }}")).unwrap();
+    let spec = synthetic::with(&rolls(seed), &format!("truth = {{ mu = {mu}, e = {e} }}"));
     simulate::filmed(&spec).unwrap().into_iter().map(|(shot, _)| shot).collect()
 }
 

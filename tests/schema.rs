@@ -147,7 +147,7 @@ fn printed_documents_are_as_the_schema_describes_them() {
     let one = "collide --speed 2 --cut 30 --mu 0.05 --mu-s 0.3 --e 0.94 --explain --json";
     let mut found = Vec::new();
     for (of, args) in [
-        ("accuracy", "accuracy --shots 24 --seed 3 --out a --json".to_owned()),
+        ("accuracy", "accuracy --shots 80 --seed 3 --out a --json".to_owned()),
         ("synth", format!("synth {spec} --out s --json")),
         ("check", format!("check {film} {pucks} --json")),
         ("extract", format!("extract {pucks} --out x --no-pictures --json")),

@@ -28,7 +28,17 @@ pub fn spec(kind: &str, cue_spin: &[&str], count: usize, seed: u64) -> Spec {
 
 /// A specification with some keys of its own.
 pub fn with(spec: &Spec, keys: &str) -> Spec {
-    spec.with(keys).unwrap()
+    fn replace(keys: toml::Table, of: &mut toml::Table) {
+        for (key, value) in keys {
+            match (value, of.get_mut(&key)) {
+                (toml::Value::Table(keys), Some(toml::Value::Table(of))) => replace(keys, of),
+                (value, _) => _ = of.insert(key, value),
+            }
+        }
+    }
+    let mut all = toml::Table::try_from(spec).unwrap();
+    replace(keys.parse().unwrap(), &mut all);
+    all.to_string().parse().unwrap()
 }
 
 /// The data set that a specification makes.

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use crate::fit::with_impacts;
 use crate::io;
 use crate::physics::collision::{MAX_KAPPA, Model};
-use crate::report;
 use crate::report::document::AccuracyDocument;
 use crate::report::templates;
+use crate::report::write::write_accuracy;
 use crate::studies::accuracy;
 use crate::studies::bias;
 
@@ -62,10 +62,15 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         progress.done();
     }
     drop(progress);
-    report::accuracy::write(&ways, &args.out)?;
+    write_accuracy(&ways, &args.out)?;
     let document = AccuracyDocument::new(&ways, &biases, shots.len(), left_out);
     let left_out = if left_out > 0 { format!(", {left_out} left out") } else { String::new() };
-    let text =
-        || format!("{} shots{left_out}\n{}", shots.len(), templates::text_of(templates::ACCURACY, &document));
+    let text = || {
+        format!(
+            "{} shots{left_out}\n{}",
+            shots.len(),
+            templates::text_of(include_str!("accuracy.jinja"), &document)
+        )
+    };
     answer(args.json, &document, text)
 }

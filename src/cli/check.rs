@@ -32,7 +32,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         documents.push(CheckDocument::new(&dataset, &check::check(&dataset)));
     }
     drop(progress);
-    answer(args.json, &documents, || templates::text_of(templates::CHECK, &documents))?;
+    answer(args.json, &documents, || templates::text_of(include_str!("check.jinja"), &documents))?;
     unless_none(&wrong, 2)?;
     let unusable = documents.iter().filter(|checked| checked.shots == 0);
     let unusable: Vec<String> =

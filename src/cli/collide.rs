@@ -180,7 +180,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     match documents.as_slice() {
-        _ if !args.json => print(&templates::text_of(templates::COLLIDE, &documents))?,
+        _ if !args.json => print(&templates::text_of(include_str!("collide.jinja"), &documents))?,
         [one] if args.cases.is_none() => print(&document::exact_text(one)?)?,
         all => print(&document::exact_text(all)?)?,
     }

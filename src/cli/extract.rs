@@ -69,6 +69,6 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         documents.push(document);
     }
     drop(progress);
-    answer(args.json, &documents, || templates::text_of(templates::EXTRACT, &documents))?;
+    answer(args.json, &documents, || templates::text_of(include_str!("extract.jinja"), &documents))?;
     unless_none(&empty, 1)
 }

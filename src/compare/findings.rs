@@ -1,11 +1,13 @@
 //! Everything that can be wrong or worth saying of a comparison, as data.
 
+use serde::Serialize;
+
 use super::quantity::Quantity;
-use crate::fit::Scatter;
-use crate::problem::{self, Severity};
+use crate::problem::Severity;
 
 /// A finding of a comparison.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
 pub(crate) enum Finding {
     /// The data rule the model out: the estimates have no errors, and differences are not judged.
     Refuted {
@@ -19,7 +21,13 @@ pub(crate) enum Finding {
     /// The data do not determine all unknowns together: there are no errors.
     Undetermined,
     /// The fit of one sample alone found this.
-    OfSample { sample: usize, finding: problem::Finding, sentence: String },
+    OfSample {
+        sample: usize,
+        /// How far the finding affects the trust in the sample.
+        #[serde(skip)]
+        severity: Severity,
+        sentence: String,
+    },
     /// The data contradict that a shared quantity is the same for all labels.
     NotShared {
         quantity: Quantity,
@@ -37,8 +45,6 @@ pub(crate) enum Finding {
         /// Decrease of −2 log L.
         fall: f64,
     },
-    /// Shots of discs scatter beyond the errors of their frames.
-    Scatter { sample: usize, scatter: Scatter },
     /// Mass ratios that the labels do not share make up most of the error of a difference.
     MassRatios {
         quantity: Quantity,
@@ -54,14 +60,15 @@ impl Finding {
         match self {
             Self::Refuted { .. } | Self::NotConverged => Severity::Unusable,
             Self::Undetermined | Self::NotShared { .. } | Self::AtBound { .. } => Severity::Doubtful,
-            Self::Compliance { .. } | Self::Scatter { .. } | Self::MassRatios { .. } => Severity::Note,
-            Self::OfSample { finding, .. } => finding.severity(),
+            Self::Compliance { .. } | Self::MassRatios { .. } => Severity::Note,
+            Self::OfSample { severity, .. } => *severity,
         }
     }
 }
 
 /// Why a label does not determine a quantity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum Reason {
     /// It has no shot that can be used.
     NoShots,

@@ -2,6 +2,7 @@
 
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
+use crate::measurement::written::written_by_name;
 use crate::physics::collision::Fidelity;
 use crate::physics::name::by_name;
 use crate::problem::Id;
@@ -64,6 +65,7 @@ impl Quantity {
 
 // By its name or its symbol.
 by_name!(Quantity, "quantity", ALL, name, symbol);
+written_by_name!(Quantity);
 
 /// Choices of a comparison. The default is what `caromfit compare` does; state what you want, and
 /// the rest as `..Options::default()`.

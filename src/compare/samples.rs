@@ -6,12 +6,12 @@ use super::CompareError;
 use super::findings::Finding;
 use super::quantity::{Options, Quantity};
 use super::result::SampleSummary;
-use crate::fit::film_words::sentence;
+use crate::fit::film_words::{self, sentence};
 use crate::fit::{self, Depth, FitError};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::number::count_of;
 use crate::measurement::parameter::Settings;
-use crate::problem::{self, Solution};
+use crate::problem::{self, Severity, Solution};
 
 /// A data set, or the shots of one label of its `[fit] by`, fitted alone.
 pub(super) struct Alone {
@@ -125,12 +125,16 @@ impl<'a> Samples<'a> {
                     if let Some(sentence) = sentence(finding, fit.frames.as_ref())
                         && !is_of_all
                     {
-                        let finding = finding.clone();
-                        self.findings.push(Finding::OfSample { sample, finding, sentence });
+                        let severity = finding.severity();
+                        self.findings.push(Finding::OfSample { sample, severity, sentence });
                     }
                 }
                 let scatter = fit.scatter.filter(|scatter| scatter.is_estimated);
-                self.findings.extend(scatter.map(|scatter| Finding::Scatter { sample, scatter }));
+                self.findings.extend(scatter.map(|scatter| Finding::OfSample {
+                    sample,
+                    severity: Severity::Note,
+                    sentence: film_words::scatter(&scatter) + ".",
+                }));
                 let (settings, solution) = (dataset.settings_of_balls(), fit.solution);
                 let alone = Alone { dataset, settings, solution, sample, label, film, balls, cloth, camera };
                 self.fitted.push(alone);

@@ -8,6 +8,7 @@ pub(crate) mod information;
 mod plan;
 mod spec;
 
+use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -22,7 +23,7 @@ use crate::problem::Id;
 use crate::simulate::Camera;
 use information::Information;
 
-pub(crate) use plan::Mixture;
+pub(crate) use plan::FewestShots;
 
 /// Number of shots at one cut angle and speed that are compared.
 const COMPARED: f64 = 40.0;
@@ -153,15 +154,26 @@ impl Default for Expected {
     }
 }
 
-/// The parameters that a kind of shot determines, and how well.
-#[derive(Clone, Debug)]
-pub(crate) struct OfKind {
+/// Values for each of μ, μ_s and e, by its name.
+pub(crate) type ByCoefficient<T> = IndexMap<&'static str, T>;
+
+pub(crate) fn by_coefficient<T>(values: [T; 3]) -> ByCoefficient<T> {
+    Parameter::COEFFICIENTS.map(Parameter::name).into_iter().zip(values).collect()
+}
+
+/// A kind of shots.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct Kind {
+    /// The kind as it is planned.
+    #[serde(flatten)]
+    planned: PlayedKind,
+    /// Standard errors of the coefficients from these shots alone.
+    std_error: ByCoefficient<Option<f64>>,
+    /// Number of shots that the wanted standard errors need.
+    shots_needed: ByCoefficient<Option<u64>>,
     /// The Fisher information of one shot on average.
-    pub(crate) information: Information,
-    /// The standard errors of μ, μ_s and e from the planned shots of this kind alone.
-    pub(crate) std_errors: [Option<f64>; 3],
-    /// How many shots of this kind alone reach the wanted standard error of μ, of μ_s and of e.
-    pub(crate) needed: [Option<u64>; 3],
+    #[serde(skip)]
+    information: Information,
 }
 
 /// A kind of shot at one cut angle and one speed.
@@ -178,13 +190,15 @@ pub(crate) struct Cell {
 }
 
 /// All planned shots together.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Planned {
-    pub(crate) shots: usize,
-    /// The standard errors of μ, μ_s and e; `None` for what the shots do not determine.
-    pub(crate) std_errors: [Option<f64>; 3],
-    /// The standard errors of m_cue/m_object and of R_cue/R_object; `None` of exact ones.
-    pub(crate) ratios: [Option<f64>; 2],
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct Together {
+    /// Number of shots.
+    shots: usize,
+    /// Their standard errors, with those of the ratios of masses and radii that are uncertain.
+    std_error: ByCoefficient<Option<f64>>,
+    /// Difference between two cloths or pairs of balls, each filmed so, that is found in 80 of 100
+    /// cases.
+    detectable_difference: ByCoefficient<Option<f64>>,
 }
 
 /// A design: how well an experiment would determine the parameters.
@@ -194,13 +208,13 @@ pub struct Design {
     /// The experiment, with the standard errors of spins that markers show.
     pub(crate) expected: Expected,
     /// The kinds, in the order of [`Expected::kinds`].
-    pub(crate) kinds: Vec<OfKind>,
+    pub(crate) kinds: Vec<Kind>,
     /// The kinds at single cut angles and speeds.
     pub(crate) cells: Vec<Cell>,
     /// All planned shots together.
-    pub(crate) planned: Planned,
+    pub(crate) together: Together,
     /// The fewest shots of each kind for each wanted standard error, and for all together.
-    pub(crate) mixtures: Vec<Mixture>,
+    pub(crate) mixtures: Vec<FewestShots>,
     /// The conclusions, in sentences.
     pub(crate) words: Vec<String>,
     /// Remarks on what was adjusted or cannot be reached, in sentences.
@@ -209,7 +223,7 @@ pub struct Design {
 
 /// Returns the difference between two such data sets, in standard errors of one, that a two-sided
 /// test at 5 % finds in 80 % of cases: (z_0.975 + z_0.8)√2 = 3.962.
-pub(crate) fn detectable() -> f64 {
+fn detectable() -> f64 {
     let normal = Normal::standard();
     (normal.inverse_cdf(0.975) + normal.inverse_cdf(0.8)) * std::f64::consts::SQRT_2
 }
@@ -242,10 +256,10 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
     let averages: Vec<Information> = expected.kinds.iter().map(average).collect::<Result<_, _>>()?;
     let of_kinds = averages.iter().zip(&expected.kinds);
     let total: Information = of_kinds.map(|(information, kind)| information * kind.shots as f64).sum();
-    let planned = planned(&expected, &total);
+    let together = together(&expected, &total);
     for parameter in Parameter::COEFFICIENTS {
-        let i = parameter as usize;
-        if planned.std_errors[i].is_none() && expected.wanted[i].is_some() {
+        let found = together.std_error[parameter.name()];
+        if found.is_none() && expected.wanted[parameter as usize].is_some() {
             notes.push(format!("No kind of shot offered determines {}.", parameter.symbol()));
         }
     }
@@ -253,10 +267,11 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
     for (index, (kind, information)) in expected.kinds.iter().zip(averages).enumerate() {
         let only = |i: usize| std::array::from_fn(|j| expected.wanted[j].filter(|_| i == j));
         let std_errors = |of_one: Information| information::std_errors(&(of_one * kind.shots as f64));
-        kinds.push(OfKind {
+        kinds.push(Kind {
+            planned: kind.clone(),
+            std_error: by_coefficient(std_errors(information)),
+            shots_needed: by_coefficient(std::array::from_fn(|i| plan::needed(&information, &only(i)))),
             information,
-            std_errors: std_errors(information),
-            needed: std::array::from_fn(|i| plan::needed(&information, &only(i))),
         });
         for speed_m_s in speeds(kind.speed_m_s) {
             for cut_deg in cuts(kind.cut_deg) {
@@ -269,7 +284,7 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
     }
     let mixtures = plan::mixtures(&expected, &kinds);
     let words = Parameter::COEFFICIENTS.map(|parameter| best_shots(&expected, &cells, parameter)).to_vec();
-    Ok(Design { expected, kinds, cells, planned, mixtures, words, notes })
+    Ok(Design { expected, kinds, cells, together, mixtures, words, notes })
 }
 
 /// Returns the standard errors (rad/s) to which two markers on each ball show the spins of cue ball
@@ -311,16 +326,18 @@ fn best_shots(expected: &Expected, cells: &[Cell], parameter: Parameter) -> Stri
 }
 
 /// Returns what all planned shots determine, from their information.
-fn planned(expected: &Expected, total: &Information) -> Planned {
+fn together(expected: &Expected, total: &Information) -> Together {
     let covariance = information::covariance(total);
-    let [mass_sd, radius_sd] = expected.ratio_sds();
-    let error = |id: Id, stated: f64| {
-        Some(stated * covariance[(id as usize, id as usize)].sqrt()).filter(|error| *error > 0.0)
-    };
-    Planned {
+    let std_errors = information::std_errors(total);
+    let mut std_error = by_coefficient(std_errors);
+    for (id, stated) in [Id::MassRatio, Id::RadiusRatio].into_iter().zip(expected.ratio_sds()) {
+        let error = stated * covariance[(id as usize, id as usize)].sqrt();
+        std_error.extend((error > 0.0).then_some((id.name(), Some(error))));
+    }
+    Together {
         shots: expected.kinds.iter().map(|kind| kind.shots).sum(),
-        std_errors: information::std_errors(total),
-        ratios: [error(Id::MassRatio, mass_sd), error(Id::RadiusRatio, radius_sd)],
+        std_error,
+        detectable_difference: by_coefficient(std_errors.map(|error| Some(detectable() * error?))),
     }
 }
 

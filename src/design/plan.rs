@@ -1,7 +1,10 @@
 //! How many shots, and of which kinds.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::information::{Information, covariance, std_errors};
-use super::{Expected, OfKind};
+use super::{ByCoefficient, Expected, Kind, by_coefficient};
 use crate::measurement::parameter::Parameter;
 use crate::simulate::MAX_SHOTS;
 
@@ -11,22 +14,26 @@ const ROUNDS: usize = 300;
 /// Factors to the shots that a search found, which may be a little too few.
 const SPARE: [f64; 4] = [1.0, 1.001, 1.01, 1.1];
 
-/// The fewest shots that reach wanted standard errors.
-#[derive(Clone, Debug)]
-pub(crate) struct Mixture {
-    /// The parameter whose standard error they reach; `None` for all that is wanted.
-    pub(crate) parameter: Option<Parameter>,
-    /// The index of each kind, with its number of shots, the most first.
-    pub(crate) shots: Vec<(usize, u64)>,
-    /// The standard errors of μ, μ_s and e that they give.
-    pub(crate) std_errors: [Option<f64>; 3],
+/// A mixture of shots with the fewest that reach what is wanted.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct FewestShots {
+    /// The parameter, or all.
+    r#for: &'static str,
+    /// Number of shots.
+    total: u64,
+    /// Number of shots of each kind, the most first.
+    shots: Vec<CountedShots>,
+    /// Standard errors of the mixture.
+    std_error: ByCoefficient<Option<f64>>,
 }
 
-impl Mixture {
-    /// Returns the number of all shots together.
-    pub fn total(&self) -> u64 {
-        self.shots.iter().map(|(_, shots)| shots).sum()
-    }
+/// Shots of a kind.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+struct CountedShots {
+    /// Name of the kind.
+    kind: String,
+    /// Number of shots.
+    shots: u64,
 }
 
 /// Returns the largest variance over what is wanted.
@@ -43,15 +50,21 @@ pub(super) fn needed(information: &Information, wanted: &[Option<f64>; 3]) -> Op
 }
 
 /// Returns the mixtures for each wanted parameter, and for all wanted ones that are determined.
-pub(super) fn mixtures(expected: &Expected, kinds: &[OfKind]) -> Vec<Mixture> {
+pub(super) fn mixtures(expected: &Expected, kinds: &[Kind]) -> Vec<FewestShots> {
     let informations: Vec<Information> = kinds.iter().map(|kind| kind.information).collect();
     let errors = std_errors(&informations.iter().sum());
     let mixture = |parameter: Option<Parameter>| {
         let is_meant = |i: usize| errors[i].is_some() && parameter.is_none_or(|p| p as usize == i);
         let wanted = std::array::from_fn(|i| expected.wanted[i].filter(|_| is_meant(i)));
         let shots = fewest_shots(&informations, &wanted)?;
-        let std_errors = std_errors(&sum(&informations, &shots));
-        Some(Mixture { parameter, shots, std_errors })
+        let named =
+            |(i, shots): &(usize, u64)| CountedShots { kind: kinds[*i].planned.name.clone(), shots: *shots };
+        Some(FewestShots {
+            r#for: parameter.map_or("all", Parameter::name),
+            total: shots.iter().map(|(_, shots)| shots).sum(),
+            std_error: by_coefficient(std_errors(&sum(&informations, &shots))),
+            shots: shots.iter().map(named).collect(),
+        })
     };
     Parameter::COEFFICIENTS.map(Some).into_iter().chain([None]).filter_map(mixture).collect()
 }

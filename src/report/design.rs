@@ -6,7 +6,7 @@ use minijinja::context;
 use minijinja::value::Serde;
 
 use super::document::{self, DesignDocument};
-use super::templates::{self, DESIGN};
+use super::templates;
 use super::write::Staged;
 use super::{ReportError, plot};
 use crate::design::Design;
@@ -21,5 +21,6 @@ pub(crate) fn write(design: &Design, out: &Path) -> Result<(), ReportError> {
 /// Returns the text that `caromfit design` prints.
 pub(crate) fn text(design: &Design) -> String {
     let document = Serde(DesignDocument::new(design));
-    templates::text(DESIGN, context! { camera => Serde(design.expected.camera), ..document })
+    let values = context! { camera => Serde(design.expected.camera), ..document };
+    templates::text(include_str!("templates/design.jinja"), values)
 }

@@ -11,7 +11,7 @@ use minijinja::value::Serde;
 use serde_json::Value;
 
 use super::document::FitDocument;
-use super::templates::{self, EXPORT};
+use super::templates;
 use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 
@@ -65,7 +65,7 @@ pub(crate) fn export(fit: &FitDocument) -> Exported {
         (parameter.name(), known)
     };
     let left_behind = templates::text(
-        EXPORT,
+        include_str!("templates/export.jinja"),
         context! {
             falls,
             has_e => measured_e.is_some(),

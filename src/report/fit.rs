@@ -5,11 +5,15 @@ use minijinja::{Value as Values, context};
 
 use super::document::FitDocument;
 use super::shots::{shot_list, tracks};
-use super::templates::{self, FIT, FITS};
+use super::templates;
 use super::terminal::{UNKNOWN_COLUMNS, cells, estimate, parameters, rare, table, unknowns, with_unit};
 use super::{Budget, ReportError, budgets, chi2_words, plot, symbol, title};
 use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
 use crate::measurement::number::{interval, plain};
+
+/// The templates of one fit and of several.
+const FIT: &str = include_str!("templates/fit.jinja");
+const FITS: &str = include_str!("templates/fits.jinja");
 
 /// Returns all that there is to say of fits as text: of one its report, of several a line each, all
 /// warnings, and their error budgets.
@@ -59,7 +63,6 @@ fn of_several(fits: &[Fit]) -> Values {
 }
 
 fn of_fit(fit: &Fit) -> Values {
-    let document = FitDocument::new(fit);
     let is_usable = fit.verdict().grade != Grade::Unusable;
     context! {
         title => title(fit),
@@ -69,11 +72,10 @@ fn of_fit(fit: &Fit) -> Values {
         is_filmed => fit.frames.is_some(),
         chi2 => chi2_words(fit),
         parameters => fit.estimates.iter().map(|own| parameter(fit, own)).collect::<Vec<_>>(),
-        correlations => correlations(&document),
         budget => budget(fit).iter().map(|row| row[1..].to_vec()).collect::<Vec<_>>(),
         unknowns => if is_usable { unknowns(fit, |_| true) } else { Vec::new() },
         unknown_columns => UNKNOWN_COLUMNS.to_vec(),
-        fit => Serde(document),
+        fit => Serde(FitDocument::new(fit)),
     }
 }
 
@@ -88,19 +90,6 @@ fn parameter(fit: &Fit, own: &Estimate) -> Vec<String> {
         value += &format!(", left at {}", plain(own.value, 4));
     }
     vec![symbol, with_unit(&value, unit), ends.unwrap_or_default(), own.parameter.meaning().to_owned()]
-}
-
-/// Returns the correlations of all pairs of parameters that have errors.
-fn correlations(document: &FitDocument) -> Vec<String> {
-    let found = &document.correlation;
-    let symbols: Vec<&str> = found.order.iter().map(|name| symbol(name)).collect();
-    let mut pairs = Vec::new();
-    for (i, row) in found.matrix.iter().enumerate() {
-        for (j, value) in row.iter().enumerate().skip(i + 1) {
-            pairs.extend(value.map(|value| format!("{} and {} {value:+.3}", symbols[i], symbols[j])));
-        }
-    }
-    pairs
 }
 
 /// Returns the name of a fit, a parameter, its error and the parts of that, the largest first, for

@@ -1,7 +1,6 @@
 //! Outputs of a [`Fit`] for people and for programs. Programs read [`document`] and [`csv`];
 //! `templates` render documents as text and HTML for people. Only `write` touches the disk.
 
-pub(crate) mod accuracy;
 pub mod compare;
 pub mod csv;
 pub(crate) mod design;
@@ -31,8 +30,6 @@ use crate::problem::{self, Id};
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct ReportError(String);
-
-impl ReportError {}
 
 impl From<serde_json::Error> for ReportError {
     fn from(error: serde_json::Error) -> Self {

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::document::ByName;
 use super::templates::for_script;
@@ -64,36 +65,20 @@ fn row(residual: &Residual) -> [String; 5] {
     ]
 }
 
-/// The paths of a shot, in whole numbers that a page has room for: lengths in 0.1 mm.
-#[derive(Serialize)]
-struct Track {
-    id: String,
-    name: String,
-    /// χ² per degree of freedom of its frames.
-    chi2: String,
-    /// Its largest standardized residual.
-    largest: String,
-    /// Radius of the balls.
-    radius: i64,
-    /// Places of both balls at the impact.
-    contact: [[i64; 2]; 2],
-    /// Frames of both balls: time from the impact (0.1 ms), place, and that less the fitted place
-    /// (µm).
-    balls: [Vec<[i64; 5]>; 2],
-}
-
 /// Returns the paths of the shots with the largest residuals, for the script of a page; `None`
 /// without any.
 pub(super) fn tracks(film: &FittedFilm, shots: &[Shot]) -> Option<String> {
     let worst = &shots[..shots.len().min(MOST_DRAWN)];
     let draw = |shot: &Shot| Some(track(shot, &film.impact(&shot.name)?, film.radius()));
-    let drawn: Vec<Track> = worst.par_iter().filter_map(draw).collect();
+    let drawn: Vec<Value> = worst.par_iter().filter_map(draw).collect();
     (!drawn.is_empty()).then(|| for_script(&drawn))
 }
 
-fn track(shot: &Shot, impact: &Impact, radius: f64) -> Track {
+/// Returns the paths of a shot in whole numbers, that a page has room for: lengths in 0.1 mm. A frame
+/// of a ball is its time from the impact (0.1 ms), its place, and that less the fitted place (µm).
+fn track(shot: &Shot, impact: &Impact, radius: f64) -> Value {
     let whole = |value: f64, unit: f64| (value / unit).round() as i64;
-    let ball = |ball: usize| {
+    let frames = |ball: usize| -> Vec<[i64; 5]> {
         let seen = &impact.seen[ball];
         let frame = |(time, place): &(f64, [f64; 2])| {
             let fitted = impact.paths.place(ball, *time);
@@ -103,13 +88,14 @@ fn track(shot: &Shot, impact: &Impact, radius: f64) -> Track {
         };
         seen.iter().step_by(seen.len().div_ceil(MOST_FRAMES).max(1)).map(frame).collect()
     };
-    Track {
-        id: shot.id.clone(),
-        name: shot.name.clone(),
-        chi2: plain(impact.reduced_chi2, 3),
-        largest: plain(shot.largest, 2),
-        radius: whole(radius, 1e-4),
-        contact: [0, 1].map(|ball| impact.paths.place(ball, impact.time).map(|x| whole(x, 1e-4))),
-        balls: [ball(0), ball(1)],
-    }
+    let contact = [0, 1].map(|ball| impact.paths.place(ball, impact.time).map(|x| whole(x, 1e-4)));
+    json!({
+        "id": shot.id,
+        "name": shot.name,
+        "chi2": plain(impact.reduced_chi2, 3),
+        "largest": plain(shot.largest, 2),
+        "radius": whole(radius, 1e-4),
+        "contact": contact,
+        "balls": [frames(0), frames(1)],
+    })
 }

@@ -10,18 +10,6 @@ use serde_json::Value;
 use super::{ReportError, p_text, symbol};
 use crate::measurement::number::{count_of, interval, plain, with_error};
 
-/// The templates of reports.
-pub(super) const FIT: &str = include_str!("templates/fit.jinja");
-pub(super) const OVERVIEW: &str = include_str!("templates/overview.jinja");
-pub(super) const EXPORT: &str = include_str!("templates/export.jinja");
-pub(super) const FITS: &str = include_str!("templates/fits.jinja");
-pub(super) const COMPARE: &str = include_str!("templates/compare.jinja");
-pub(super) const DESIGN: &str = include_str!("templates/design.jinja");
-pub(crate) const ACCURACY: &str = include_str!("templates/accuracy.jinja");
-pub(crate) const CHECK: &str = include_str!("templates/check.jinja");
-pub(crate) const COLLIDE: &str = include_str!("templates/collide.jinja");
-pub(crate) const EXTRACT: &str = include_str!("templates/extract.jinja");
-
 /// Returns a document as text.
 pub(crate) fn text_of(report: &str, document: &impl Serialize) -> String {
     text(report, context! { document => Serde(document) })

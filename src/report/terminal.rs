@@ -5,7 +5,7 @@ use minijinja::value::Serde;
 use minijinja::{Value as Values, context};
 
 use super::plot::ends;
-use super::templates::{self, OVERVIEW, Table};
+use super::templates::{self, Table};
 use super::{budgets, chi2_words, symbol};
 use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
 use crate::measurement::number::{plain, with_error, with_interval};
@@ -41,7 +41,8 @@ pub fn overview(fits: &[Fit]) -> String {
     let lines_of_table = Serde(lines);
     let of_one = if let [fit] = fits { details(fit) } else { Values::UNDEFINED };
     let estimates = Serde(estimates);
-    templates::text(OVERVIEW, context! { lines_of_table, estimates, rare => rare(&known), ..of_one })
+    let values = context! { lines_of_table, estimates, rare => rare(&known), ..of_one };
+    templates::text(include_str!("templates/overview.jinja"), values)
 }
 
 /// Returns a table of fits.

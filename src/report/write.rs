@@ -10,6 +10,7 @@ use tempfile::TempDir;
 
 use super::{ReportError, csv, document, fit, plot};
 use crate::fit::Fit;
+use crate::studies::accuracy::Row;
 
 /// Returns the folder of all fits of one data set below `out`.
 pub(crate) fn fit_folder(fits: &[Fit], out: &Path) -> PathBuf {
@@ -30,6 +31,11 @@ pub fn write(fits: &[Fit], out: &Path) -> Result<(), ReportError> {
         staged.push(Staged::new(&folder)?.add(REPORT, fit::page_of_labels(fits, &names)?)?);
     }
     staged.into_iter().try_for_each(Staged::put_report)
+}
+
+/// Writes the figure of a study of accuracy.
+pub(crate) fn write_accuracy(rows: &[Row], out: &Path) -> Result<(), ReportError> {
+    Staged::new(out)?.figure("accuracy", &plot::accuracy(rows))?.put()
 }
 
 /// The files of a fit for people and for programs.

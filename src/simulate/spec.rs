@@ -4,7 +4,6 @@ use std::path::Path;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
-use toml::{Table, Value};
 
 use super::Kind;
 use super::scene::{Camera, Played, checked, faults_of, faults_of_shots};
@@ -133,26 +132,6 @@ impl FromStr for Spec {
 }
 
 impl Spec {
-    /// Returns this specification with the keys that a text of a SPEC.toml states; a section
-    /// replaces only its own keys.
-    ///
-    /// # Errors
-    /// Those of a SPEC.toml.
-    pub fn with(&self, keys: &str) -> Result<Self, DatasetError> {
-        fn replace(keys: Table, of: &mut Table) {
-            for (key, value) in keys {
-                match (value, of.get_mut(&key)) {
-                    (Value::Table(keys), Some(Value::Table(of))) => replace(keys, of),
-                    (value, _) => _ = of.insert(key, value),
-                }
-            }
-        }
-        let Ok(keys) = keys.parse() else { return keys.parse() };
-        let mut all = Table::try_from(self).unwrap_or_default();
-        replace(keys, &mut all);
-        all.to_string().parse()
-    }
-
     /// Returns the one spin that every shot plays, if the data need no spin columns.
     pub(super) fn assumed(&self) -> Option<Played> {
         let first = *self.shots.cue_spin.first()?;

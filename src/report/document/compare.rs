@@ -12,7 +12,7 @@ document! {
     ///
     /// A comparison of data sets. Numbers are SI and radians except where a unit stands beside
     /// them; null stands for what is not known.
-    CompareDocument(comparison: &Comparison) [made: Made] {
+    CompareDocument(comparison: &Comparison) [made: Made, of Comparison] {
         /// Whether the numbers can be used.
         verdict: Verdict = words::verdict(comparison),
         /// Collision model.

@@ -26,7 +26,7 @@ document! {
     /// known.
     #[derive(Default, Deserialize)]
     #[serde(default)]
-    FitDocument(fit: &Fit) [made: Made] {
+    FitDocument(fit: &Fit) [made: Made, of Fit] {
         /// Name of the data set.
         dataset: String = fit.dataset.clone(),
         /// The label that was fitted separately; null if the data set was fitted as a whole.
@@ -310,7 +310,7 @@ fn film(found: &FoundCamera) -> ByName<FilmEntry> {
     };
     let counts =
         |names: [&'static str; 2], counts: [usize; 2]| [0, 1].map(|i| (names[i], Some(counts[i].into())));
-    let mut all: Vec<(&str, [(&str, Option<Number>); 2])> =
+    let mut all: Vec<_> =
         each(&found.corrections, |own| (own.which.name(), estimate(own.value, own.std_error)));
     all.extend(found.noise_correlation.map(|value| ("noise_correlation", estimate(value, f64::NAN))));
     all.push(("resolution_m", estimate(0.0, f64::NAN)));

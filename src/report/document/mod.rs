@@ -6,24 +6,19 @@
 //! stays.
 
 mod compare;
-mod design;
 mod fit;
 mod printed;
 
 pub(crate) use compare::*;
-pub(crate) use design::DesignDocument;
 pub(super) use fit::budget;
 pub(crate) use fit::*;
 pub(crate) use printed::*;
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::ReportError;
-use crate::compare::Comparison;
-use crate::design::Design;
-use crate::fit::Fit;
 
 /// `format_version` of the documents: raised if a key is renamed or dropped, or changes its
 /// meaning.
@@ -33,11 +28,12 @@ pub(crate) const FORMAT_VERSION: u32 = 1;
 ///
 /// `Name(of: Type) { /// Meaning.\n key: Type = value, }` is a struct with that public field, which
 /// is written as JSON and described by a schema, and a function `new(of)`, which gives each field
-/// its value. `[made: Made]` stands for a document of its own.
+/// its value. `[made: Made]` stands for a document of its own, `[made: Made, of Source]` for that of
+/// a type, which is then written as it.
 macro_rules! document {
     ($(
         $(#[$about:meta])*
-        $name:ident($($of:ident: $type:ty),+) $([$made:ident: $maker:ty])? {
+        $name:ident($($of:ident: $type:ty),+) $([$made:ident: $maker:ty $(, of $source:ty)?])? {
             $($(#[$meaning:meta])* $key:ident: $kind:ty = $value:expr,)+
         }
     )+) => { $(
@@ -58,22 +54,18 @@ macro_rules! document {
                 Self { $($key: $value,)+ $($made: <$maker>::default(),)? }
             }
         }
+
+        $($(
+            /// As this document.
+            impl serde::Serialize for $source {
+                fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                    $name::new(self).serialize(serializer)
+                }
+            }
+        )?)?
     )+ };
 }
 use document;
-
-/// Writes values as their documents.
-macro_rules! written_as {
-    ($($value:ty => $document:ty),+) => { $(
-        /// As this document.
-        impl Serialize for $value {
-            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-                <$document>::new(self).serialize(serializer)
-            }
-        }
-    )+ };
-}
-written_as!(Fit => FitDocument, Comparison => CompareDocument, Design => DesignDocument);
 
 /// A value for each of several names, in their order.
 pub(crate) type ByName<T> = indexmap::IndexMap<String, T>;
@@ -127,16 +119,14 @@ fn round(value: &mut Value) {
     }
 }
 
-/// A command and the JSON Schema of what it prints with `--json`; `dataset` stands for
-/// dataset.toml.
-pub(crate) type CommandSchema = (&'static str, fn() -> Schema);
-
 /// Returns the JSON Schema (draft 2020-12) of a document as it is written.
 fn schema<T: JsonSchema>() -> Schema {
     SchemaSettings::draft2020_12().for_serialize().into_generator().into_root_schema_for::<T>()
 }
 
-/// The schemas of all that is written as JSON, and of dataset.toml.
+/// A command and the schema of what it prints with `--json`; `dataset` stands for dataset.toml.
+type CommandSchema = (&'static str, fn() -> Schema);
+
 pub(crate) const SCHEMAS: [CommandSchema; 9] = [
     ("fit", schema::<FitDocument>),
     ("compare", schema::<CompareDocument>),

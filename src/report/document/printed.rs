@@ -1,19 +1,51 @@
-//! The JSON that `check`, `extract`, `synth`, `collide` and `accuracy` print with `--json`.
+//! The JSON that `design`, `check`, `extract`, `synth`, `collide` and `accuracy` print with `--json`.
 
 use std::path::Path;
 
-use super::{ByName, Made, document, each, named};
+use super::{Body, ByName, Made, document, each, named};
+use crate::design::{ByCoefficient, Design, FewestShots, Kind, Together, by_coefficient};
 use crate::fit::{Rejected, check};
 use crate::io::cases::Computed;
 use crate::measurement::dataset::Dataset;
 use crate::physics::ball::BallState;
-use crate::physics::collision::{Fidelity, Outcome, effects};
+use crate::physics::collision::{Coefficients, Fidelity, Outcome, effects};
 use crate::report::ascii;
 use crate::simulate::Spec;
 use crate::studies::accuracy::Row;
 use crate::studies::bias;
 
 document! {
+    /// design.json of caromfit, which caromfit design --json prints
+    ///
+    /// Errors that shots of each kind would have, before they are played. null stands for an
+    /// undetermined one.
+    DesignDocument(design: &Design) [made: Made, of Design] {
+        /// The expected value of each coefficient, dimensionless.
+        expected: ByCoefficient<f64> = {
+            let Coefficients { mu, mu_s, e } = design.expected.coefficients;
+            by_coefficient([mu, mu_s, e])
+        },
+        /// The cue ball, and the object ball unless that is stated to differ.
+        ball: Body = Body::of_balls(&design.expected.ball, design.expected.object.as_ref(), 0),
+        /// The object ball if it is stated to differ.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        object: Option<Body> = {
+            design.expected.object.as_ref().map(|object| Body::of_balls(&design.expected.ball, Some(object), 1))
+        },
+        /// Standard errors that are wanted.
+        wanted: ByCoefficient<Option<f64>> = by_coefficient(design.expected.wanted),
+        /// The kinds of shots.
+        kinds: Vec<Kind> = design.kinds.clone(),
+        /// All planned shots.
+        together: Together = design.together.clone(),
+        /// Mixtures with the fewest shots that reach what is wanted.
+        fewest_shots: Vec<FewestShots> = design.mixtures.clone(),
+        /// The design in sentences.
+        in_words: Vec<String> = design.words.clone(),
+        /// Assumptions, in sentences.
+        notes: Vec<String> = design.notes.clone(),
+    }
+
     /// An element of the list that caromfit check --json prints
     ///
     /// The findings about one data set: caromfit check --json prints an array of these.

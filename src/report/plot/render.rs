@@ -302,7 +302,7 @@ fn wrapped(text: &str, limit: i32, most: usize) -> Vec<String> {
         let is_last = lines.len() == most;
         match lines.last_mut() {
             Some(line) if is_last || width(&format!("{line}{word}"), SMALL_TEXT) <= limit => {
-                line.push_str(word)
+                line.push_str(word);
             }
             _ => lines.push(word.to_owned()),
         }
