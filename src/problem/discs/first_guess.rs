@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::block::{DiscBlock, NOISES, PointTrack, ShotFrames};
-use super::lines::{Meeting, Stuck, Turning, distances};
+use super::lines::{Meeting, Stuck, Turning};
 use super::own::{self, CORE, list_unknowns};
 use crate::extraction::{Bodies, Unusable};
 use crate::film::frame_noise;
@@ -77,23 +77,25 @@ impl Film<DiscBlock> {
         }
         let typical = |of: &dyn Fn(&Meeting) -> f64| median(guessed.iter().map(|g| of(&g.meeting)).collect());
         let middle = Point::from([0, 1].map(|axis| typical(&|meeting| meeting.places[0][axis])));
-        let distance = typical(&Meeting::distance);
+        let means = [typical(&|meeting| meeting.across().norm()), typical(&Meeting::mass_ratio)];
         let stated = discs.radii.map(|[first, second]| first + second);
-        let unit = stated.filter(|_| tracks.from_balls).map_or(1.0, |stated| stated / distance);
-        let means = [unit * distance, typical(&Meeting::mass_ratio)];
+        let unit = stated.filter(|_| tracks.from_balls).map_or(1.0, |stated| stated / means[0]);
         let is_flat = guessed.iter().any(|guessed| guessed.flat.is_some());
+        let means = [unit * means[0], means[1]];
         let unknowns = list_unknowns(dataset, tracks, &discs, means, (guessed.len(), is_flat));
         let shared = Shared::starts(&unknowns);
         let reading = Reading { middle, unit, states_noise: false, may_be_held: false };
         let frames = guessed.iter().map(|guessed| guessed.read(&reading, &shared));
         let (shots, own): (Vec<ShotFrames>, Vec<Own>) = frames.unzip();
-        let noise = |Guessed { shot, meeting, .. }: &Guessed| {
-            let sd = frame_noise::noise_of_near(&[&shot.cue, &shot.object], shot, meeting.time);
-            let sd = unit * (COARSE_NOISE_PART * meeting.distance()).max(EXTRAPOLATED * sd);
-            [Noise { sd, rho: shot.correlation }; NOISES]
+        let noise = |(guessed, frames): (&Guessed, &ShotFrames)| {
+            let position_sd = frames.position_sd.into_iter().fold(0.0, f64::max);
+            let coarse = COARSE_NOISE_PART * unit * guessed.meeting.across().norm();
+            let sd = coarse.max(EXTRAPOLATED * position_sd);
+            [Noise { sd, rho: guessed.shot.correlation }; NOISES]
         };
+        let noises = guessed.iter().zip(&shots).flat_map(noise).collect();
         let names = shots.iter().map(|shot| shot.name.clone()).collect();
-        let block = DiscBlock::new(shots, discs, guessed.iter().flat_map(noise).collect());
+        let block = DiscBlock::new(shots, discs, noises);
         Ok(Self { block, unknowns, own, names, left_out, findings, unit, middle })
     }
 }
@@ -208,7 +210,7 @@ fn check_rigidity(shot: &TrackShot, impact: Option<f64>) -> Result<(), Unusable>
     let is_near = |time: f64| impact.is_none_or(|impact| (time - impact).abs() <= MAX_FRAMES_AWAY / shot.fps);
     for (i, a) in shot.markers.iter().enumerate() {
         for b in shot.markers[i + 1..].iter().filter(|b| b.ball == a.ball) {
-            let both = distances(&a.samples, &b.samples).into_iter();
+            let both = rigid_body::distances(&a.samples, &b.samples).into_iter();
             let both = both.filter(|(time, _)| is_near(*time));
             let mut distances: Vec<f64> = both.map(|(_, distance)| distance).collect();
             distances.sort_by(f64::total_cmp);
