@@ -46,9 +46,9 @@ pub(crate) struct FirstGuess {
 
 /// A straight line or a parabola through samples by least squares: place, velocity and acceleration
 /// at a time.
-pub(crate) struct Path {
+pub(super) struct Path {
     at: f64,
-    pub(crate) position: Point,
+    position: Point,
     pub(crate) velocity: Point,
     acceleration: Point,
     /// Standard error of the velocity for unit noise.
@@ -129,7 +129,7 @@ impl Path {
 
 /// Returns the samples without those that stand alone: others fit the two before or after them, as
 /// a good one at the impact does.
-pub(crate) fn steady(samples: &[Sample], noise: f64) -> Vec<Sample> {
+fn steady(samples: &[Sample], noise: f64) -> Vec<Sample> {
     let fits = |s: &Sample, near: &Sample, far: &Sample| {
         let part = (s.t - near.t) / (near.t - far.t);
         let off = (place(s) - place(near) - (place(near) - place(far)) * part).amax();

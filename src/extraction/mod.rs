@@ -8,7 +8,7 @@ mod noise_correlation;
 mod unusable;
 
 pub(crate) use cushion::{leave_out_after_cushion, leave_out_before_cushion};
-pub(crate) use initial_guess::{FirstGuess, Path, from_paths, steady};
+pub(crate) use initial_guess::{FirstGuess, from_paths};
 #[cfg(feature = "io")]
 pub(crate) use marker_rotation::turn;
 pub(crate) use marker_rotation::{Rotation, Rotations};

@@ -92,7 +92,8 @@ impl DiscBlock {
 
     /// Follows both discs of shot `i` through the impact; `None` if they do not approach.
     pub(super) fn follow(&self, i: usize, own: &Own, shared: &Shared) -> Option<Motion> {
-        follow(&self.shots[i], own, shared, &self.discs)
+        let shot = &self.shots[i];
+        follow((shot.stuck.is_some(), shot.turns), own, shared, &self.discs)
     }
 
     /// Returns the used frames of each track of shot `i`, whitened; an empty list if the discs do

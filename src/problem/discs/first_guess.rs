@@ -87,13 +87,12 @@ impl Film<DiscBlock> {
         let reading = Reading { middle, unit, states_noise: false, may_be_held: false };
         let frames = guessed.iter().map(|guessed| guessed.read(&reading, &shared));
         let (shots, own): (Vec<ShotFrames>, Vec<Own>) = frames.unzip();
-        let noise = |(guessed, frames): (&Guessed, &ShotFrames)| {
-            let position_sd = frames.position_sd.into_iter().fold(0.0, f64::max);
-            let coarse = COARSE_NOISE_PART * unit * guessed.meeting.across().norm();
-            let sd = coarse.max(EXTRAPOLATED * position_sd);
-            [Noise { sd, rho: guessed.shot.correlation }; NOISES]
+        let noise = |Guessed { shot, meeting, .. }: &Guessed| {
+            let sd = frame_noise::noise_of_near(&[&shot.cue, &shot.object], shot, meeting.time);
+            let sd = unit * (COARSE_NOISE_PART * meeting.across().norm()).max(EXTRAPOLATED * sd);
+            [Noise { sd, rho: shot.correlation }; NOISES]
         };
-        let noises = guessed.iter().zip(&shots).flat_map(noise).collect();
+        let noises = guessed.iter().flat_map(noise).collect();
         let names = shots.iter().map(|shot| shot.name.clone()).collect();
         let block = DiscBlock::new(shots, discs, noises);
         Ok(Self { block, unknowns, own, names, left_out, findings, unit, middle })

@@ -1,7 +1,7 @@
 //! First guesses from straight lines through the frames on both sides of the nearest approach: how
 //! discs meet and turn, or stick together, so that the distance of their centres stays.
 
-use crate::extraction::{Bodies, Path, Unusable, steady};
+use crate::extraction::{Bodies, Unusable};
 use crate::film::frame_noise::{constant_axis, noise_of};
 use crate::film::rigid_body::{distances, frames};
 use crate::measurement::dataset::Measured;
@@ -35,18 +35,35 @@ fn middle(pairs: &[(f64, f64)]) -> f64 {
     median(pairs.iter().map(|pair| pair.1).collect())
 }
 
+/// Returns the median slope of pairs of numbers (Theil and Sen): wrong ones do not count.
+fn median_slope(points: &[(f64, f64)]) -> f64 {
+    let pairs = points.iter().enumerate().flat_map(|(i, a)| points[i + 1..].iter().map(move |b| (a, b)));
+    median(pairs.map(|(a, b)| (b.1 - a.1) / (b.0 - a.0)).collect())
+}
+
+/// A straight path: place and velocity at the instant that it was asked for.
+type Line = [Point; 2];
+
 /// Returns the lines through the frames of a disc next to an instant, before and after it.
 ///
 /// # Errors
 /// These frames are too few.
-fn lines_beside(samples: &[Sample], disc: usize, at: f64, frame: f64) -> Result<[Path; 2], Unusable> {
-    let [before, after] = [-0.5, 0.5].map(|by| samples.partition_point(|s| s.t < at + by * frame));
+fn lines_beside(samples: &[Sample], disc: usize, at: f64, frame: f64) -> Result<[Line; 2], Unusable> {
+    let before = samples.partition_point(|s| s.t < at - 0.5 * frame);
+    let after = samples.partition_point(|s| s.t < at + 0.5 * frame);
     let sides =
         [&samples[before.saturating_sub(NEAR)..before], &samples[after..samples.len().min(after + NEAR)]];
-    match sides.iter().position(|near| near.len() < LEAST) {
-        Some(side) => Err(Unusable::too_few(Bodies::Discs, [disc, side], sides[side].len(), LEAST)),
-        None => Ok(sides.map(|near| Path::line(near, at))),
+    if let Some(side) = sides.iter().position(|near| near.len() < LEAST) {
+        return Err(Unusable::too_few(Bodies::Discs, [disc, side], sides[side].len(), LEAST));
     }
+    Ok(sides.map(|near| {
+        let [x, y] = [|s: &Sample| s.x, |s: &Sample| s.y].map(|pick| {
+            let points: Vec<(f64, f64)> = near.iter().map(|s| (s.t - at, pick(s))).collect();
+            let slope = median_slope(&points);
+            [median(points.iter().map(|(t, x)| x - slope * t).collect()), slope]
+        });
+        [Point::new(x[0], y[0]), Point::new(x[1], y[1])]
+    }))
 }
 
 /// A first guess of an impact.
@@ -71,15 +88,13 @@ impl Meeting {
         if discs.iter().any(|samples| samples.len() < 2 * LEAST) {
             return Err(Unusable::TooShort { bodies, frames: discs.map(<[_]>::len), least: 2 * LEAST });
         }
-        let noise = noise_of(&discs, shot);
-        let [first, second] = discs.map(|samples| steady(samples, noise));
-        let lines_at = |time: f64| -> Result<[[Path; 2]; 2], Unusable> {
-            Ok([lines_beside(&first, 0, time, frame)?, lines_beside(&second, 1, time, frame)?])
+        let lines_at = |time: f64| -> Result<[[Line; 2]; 2], Unusable> {
+            Ok([lines_beside(discs[0], 0, time, frame)?, lines_beside(discs[1], 1, time, frame)?])
         };
         if let Some(stuck) = stuck {
             // the lines after it are those of no disc
             let time = stuck.settling[0];
-            return Ok(Self::of(time, 0.0, &lines_at(time)?));
+            return Ok(Self::of(time, 0.0, lines_at(time)?));
         }
         let nearest = smooth_distances(shot).into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
         let mut time = nearest.ok_or(Unusable::NoCollision(bodies))?.0;
@@ -96,30 +111,27 @@ impl Meeting {
             lines = lines_at(time)?;
         }
         let late = crossing(&lines).clamp(-FARTHEST * frame, FARTHEST * frame);
-        let of_second = |side: usize| {
-            let [first, second] = lines.each_ref().map(|sides| &sides[side]);
-            let relative = second.velocity - first.velocity;
-            (second.position - first.position + relative * late, relative)
-        };
-        let ((p, g), (q, h)) = (of_second(0), of_second(1));
+        let meeting = Self::of(time, late, lines);
+        let [[v, v_after], [w, w_after]] = meeting.velocities;
+        let (g, h) = (w - v, w_after - v_after);
+        let apart = [0, 1].map(|side| {
+            let [p, q] = lines.map(|of_disc| of_disc[side]).map(|[place, velocity]| place + velocity * late);
+            q - p
+        });
         let is_met = match constant_axis(shot) {
             // marks on the edges that touch are at no distance
             Some(_) => g.dot(&h) < 0.0,
-            None => p.dot(&g) < 0.0 && q.dot(&h) > 0.0,
+            None => apart[0].dot(&g) < 0.0 && apart[1].dot(&h) > 0.0,
         };
         let is_pushed = (h - g).norm() > MIN_VELOCITY_CHANGE * g.norm();
-        if is_met && is_pushed {
-            Ok(Self::of(time, late, &lines))
-        } else {
-            Err(Unusable::NoCollision(bodies))
-        }
+        if is_met && is_pushed { Ok(meeting) } else { Err(Unusable::NoCollision(bodies)) }
     }
 
-    fn of(time: f64, late: f64, lines: &[[Path; 2]; 2]) -> Self {
+    fn of(time: f64, late: f64, lines: [[Line; 2]; 2]) -> Self {
         Self {
             time: time + late,
-            places: lines.each_ref().map(|[before, _]| before.position + before.velocity * late),
-            velocities: lines.each_ref().map(|sides| sides.each_ref().map(|side| side.velocity)),
+            places: lines.map(|[[place, velocity], _]| place + velocity * late),
+            velocities: lines.map(|sides| sides.map(|[_, velocity]| velocity)),
         }
     }
 
@@ -137,9 +149,8 @@ impl Meeting {
 
 /// Returns how much later than the instant of the lines the relative paths before and after it are
 /// nearest to each other, s: τ = −Δp·Δg/|Δg|².
-fn crossing([first, second]: &[[Path; 2]; 2]) -> f64 {
-    let change = |of: fn(&Path) -> Point| of(&second[1]) - of(&first[1]) - of(&second[0]) + of(&first[0]);
-    let (jump, turn) = (change(|path| path.position), change(|path| path.velocity));
+fn crossing([first, second]: &[[Line; 2]; 2]) -> f64 {
+    let [jump, turn] = [0, 1].map(|i| (second[1][i] - first[1][i]) - (second[0][i] - first[0][i]));
     let square = turn.norm_squared();
     if square > 0.0 { -jump.dot(&turn) / square } else { 0.0 }
 }
@@ -165,9 +176,9 @@ impl Turning {
             let last = arms.last().map_or(0.0, |last| last.x);
             arms.push(Sample::new(t, [last + wrap((v - y).atan2(u - x) - last), (u - x).hypot(v - y)]));
         }
-        let [before, _] = lines_beside(&arms, 0, time, fps.recip()).ok()?;
+        let [[at, rate], _] = lines_beside(&arms, 0, time, fps.recip()).ok()?;
         let radius = median(arms.iter().map(|arm| arm.y).collect());
-        Some(Self { rate: before.velocity.x, direction: before.position.x, radius })
+        Some(Self { rate: rate.x, direction: at.x, radius })
     }
 }
 
@@ -234,9 +245,7 @@ impl Stuck {
             return None;
         }
         let used = &distances[first + SKIPPED..first + frames.min(MOST_FRAMES + SKIPPED)];
-        let before =
-            distances[first.saturating_sub(NEAR)..first].iter().map(|(t, d)| Sample::new(*t, [*d, 0.0]));
-        let closing = -Path::line(&before.collect::<Vec<_>>(), 0.0).velocity.x;
+        let closing = -median_slope(&distances[first.saturating_sub(NEAR)..first]);
         let third = used.len() / 3;
         let growth = middle(&used[2 * third..]) - middle(&used[..third]);
         let way = (used[2 * third].0 - used[0].0) * closing;
