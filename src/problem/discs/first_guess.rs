@@ -77,11 +77,11 @@ impl Film<DiscBlock> {
         }
         let typical = |of: &dyn Fn(&Meeting) -> f64| median(guessed.iter().map(|g| of(&g.meeting)).collect());
         let middle = Point::from([0, 1].map(|axis| typical(&|meeting| meeting.places[0][axis])));
-        let means = [typical(&|meeting| meeting.across().norm()), typical(&Meeting::mass_ratio)];
+        let distance = typical(&|meeting| meeting.across().norm());
         let stated = discs.radii.map(|[first, second]| first + second);
-        let unit = stated.filter(|_| tracks.from_balls).map_or(1.0, |stated| stated / means[0]);
+        let unit = stated.filter(|_| tracks.from_balls).map_or(1.0, |stated| stated / distance);
+        let means = [unit * distance, typical(&Meeting::mass_ratio)];
         let is_flat = guessed.iter().any(|guessed| guessed.flat.is_some());
-        let means = [unit * means[0], means[1]];
         let unknowns = list_unknowns(dataset, tracks, &discs, means, (guessed.len(), is_flat));
         let shared = Shared::starts(&unknowns);
         let reading = Reading { middle, unit, states_noise: false, may_be_held: false };
@@ -213,11 +213,12 @@ fn check_rigidity(shot: &TrackShot, impact: Option<f64>) -> Result<(), Unusable>
             let both = both.filter(|(time, _)| is_near(*time));
             let mut distances: Vec<f64> = both.map(|(_, distance)| distance).collect();
             distances.sort_by(f64::total_cmp);
-            let tail = (TAIL * distances.len() as f64) as usize;
-            let [Some(least), Some(most)] = [distances.get(tail), distances.iter().nth_back(tail)] else {
+            if distances.len() < LEAST_FRAMES {
                 continue;
-            };
-            if distances.len() >= LEAST_FRAMES && 2.0 * (most - least) / (most + least) > NOT_RIGID {
+            }
+            let tail = (TAIL * distances.len() as f64) as usize;
+            let (least, most) = (distances[tail], distances[distances.len() - 1 - tail]);
+            if 2.0 * (most - least) / (most + least) > NOT_RIGID {
                 return Err(Unusable::NotRigid {
                     disc: Bodies::Discs.names()[usize::from(a.ball == TrackedBall::Object)],
                     first: a.name.clone(),
