@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
 
 use super::unusable::{Bodies, Unusable};
 use crate::film::frame_noise::noise;
+use crate::film::rigid_body::distances;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::{SIGNIFICANT, median};
 
@@ -160,11 +161,7 @@ fn robust_speed(samples: &[Sample]) -> [f64; 3] {
 
 /// Returns the time at which the balls are nearest, s: the time of contact for any scale.
 fn nearest(cue: &[Sample], object: &[Sample]) -> Option<f64> {
-    let apart = |s: &Sample| {
-        let other = cue.iter().find(|c| (c.t - s.t).abs() < 1e-6)?;
-        Some((s.t, (place(s) - place(other)).norm()))
-    };
-    object.iter().filter_map(apart).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(time, _)| time)
+    distances(cue, object).into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(time, _)| time)
 }
 
 /// Returns the reason for too few frames before the impact: the object ball moves before the balls

@@ -79,6 +79,15 @@ pub(crate) fn frames(markers: &[&[Sample]]) -> Vec<(f64, Vec<Option<[f64; 2]>>)>
     times.into_iter().map(|t| (t, markers.iter().map(|samples| at(samples, t)).collect())).collect()
 }
 
+/// Returns times and distances of two points, in the frames that have both.
+pub(crate) fn distances(a: &[Sample], b: &[Sample]) -> Vec<(f64, f64)> {
+    let distance = |(time, places): (f64, Vec<Option<[f64; 2]>>)| match places[..] {
+        [Some([x, y]), Some([u, v])] => Some((time, (u - x).hypot(v - y))),
+        _ => None,
+    };
+    frames(&[a, b]).into_iter().filter_map(distance).collect()
+}
+
 /// Returns the motion that brings the first points nearest to the second.
 fn pose(from: &[Point], to: &[Point]) -> Isometry2<f64> {
     let (a, b) = (mean(from), mean(to));

@@ -92,18 +92,19 @@ impl DiscBlock {
 
     /// Follows both discs of shot `i` through the impact; `None` if they do not approach.
     pub(super) fn follow(&self, i: usize, own: &Own, shared: &Shared) -> Option<Motion> {
-        follow(&self.shots[i], own, shared, &self.discs)
+        let shot = &self.shots[i];
+        follow((shot.stuck.is_some(), shot.turns), own, shared, &self.discs)
+    }
+
+    /// Returns the used frames of each track of shot `i`, whitened; an empty list if the discs do
+    /// not approach.
+    pub(super) fn sights(&self, i: usize, own: &Own, shared: &Shared) -> Vec<Vec<Sight<ROW>>> {
+        self.follow(i, own, shared).map_or_else(Vec::new, |motion| self.look(i, &motion, own, shared))
     }
 
     /// Returns the used frames of each track of shot `i`, whitened. Errors before the impact and
     /// after it count as independent: the frames between are left out.
-    pub(super) fn sights(
-        &self,
-        i: usize,
-        motion: &Motion,
-        own: &Own,
-        shared: &Shared,
-    ) -> Vec<Vec<Sight<ROW>>> {
+    fn look(&self, i: usize, motion: &Motion, own: &Own, shared: &Shared) -> Vec<Vec<Sight<ROW>>> {
         let dual = |i: usize, value: f64| constant::<POINT>(value).derivative(i);
         let (instant, camera) = (own[own::TIME], Camera::new(shared));
         let of_track = |PointTrack { disc, marker, frames }: &PointTrack| {
@@ -140,7 +141,7 @@ impl DiscBlock {
         let mut total = Contribution::empty(count, SHARED, self.noise.len());
         total.sticks = shot.stuck.is_some();
         let inputs = places_of_inputs(count);
-        for (track, sights) in shot.tracks.iter().zip(self.sights(i, &motion, own, shared)) {
+        for (track, sights) in shot.tracks.iter().zip(self.look(i, &motion, own, shared)) {
             // without a marker its derivatives are 0
             let [direction, radius] = track.marker.unwrap_or([own::TIME; 2]);
             let of_camera = (0..CAMERA).map(|i| count + PHYSICS + i);

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::block::{DiscBlock, NOISES, PointTrack, ShotFrames};
-use super::lines::{Meeting, Stuck, Turning, distances};
+use super::lines::{Meeting, Stuck, Turning};
 use super::own::{self, CORE, list_unknowns};
 use crate::extraction::{Bodies, Unusable};
 use crate::film::frame_noise;
@@ -77,7 +77,7 @@ impl Film<DiscBlock> {
         }
         let typical = |of: &dyn Fn(&Meeting) -> f64| median(guessed.iter().map(|g| of(&g.meeting)).collect());
         let middle = Point::from([0, 1].map(|axis| typical(&|meeting| meeting.places[0][axis])));
-        let distance = typical(&Meeting::distance);
+        let distance = typical(&|meeting| meeting.across().norm());
         let stated = discs.radii.map(|[first, second]| first + second);
         let unit = stated.filter(|_| tracks.from_balls).map_or(1.0, |stated| stated / distance);
         let means = [unit * distance, typical(&Meeting::mass_ratio)];
@@ -89,11 +89,12 @@ impl Film<DiscBlock> {
         let (shots, own): (Vec<ShotFrames>, Vec<Own>) = frames.unzip();
         let noise = |Guessed { shot, meeting, .. }: &Guessed| {
             let sd = frame_noise::noise_of_near(&[&shot.cue, &shot.object], shot, meeting.time);
-            let sd = unit * (COARSE_NOISE_PART * meeting.distance()).max(EXTRAPOLATED * sd);
+            let sd = unit * (COARSE_NOISE_PART * meeting.across().norm()).max(EXTRAPOLATED * sd);
             [Noise { sd, rho: shot.correlation }; NOISES]
         };
+        let noises = guessed.iter().flat_map(noise).collect();
         let names = shots.iter().map(|shot| shot.name.clone()).collect();
-        let block = DiscBlock::new(shots, discs, guessed.iter().flat_map(noise).collect());
+        let block = DiscBlock::new(shots, discs, noises);
         Ok(Self { block, unknowns, own, names, left_out, findings, unit, middle })
     }
 }
@@ -208,15 +209,16 @@ fn check_rigidity(shot: &TrackShot, impact: Option<f64>) -> Result<(), Unusable>
     let is_near = |time: f64| impact.is_none_or(|impact| (time - impact).abs() <= MAX_FRAMES_AWAY / shot.fps);
     for (i, a) in shot.markers.iter().enumerate() {
         for b in shot.markers[i + 1..].iter().filter(|b| b.ball == a.ball) {
-            let both = distances(&a.samples, &b.samples).into_iter();
+            let both = rigid_body::distances(&a.samples, &b.samples).into_iter();
             let both = both.filter(|(time, _)| is_near(*time));
             let mut distances: Vec<f64> = both.map(|(_, distance)| distance).collect();
             distances.sort_by(f64::total_cmp);
-            let tail = (TAIL * distances.len() as f64) as usize;
-            let [Some(least), Some(most)] = [distances.get(tail), distances.iter().nth_back(tail)] else {
+            if distances.len() < LEAST_FRAMES {
                 continue;
-            };
-            if distances.len() >= LEAST_FRAMES && 2.0 * (most - least) / (most + least) > NOT_RIGID {
+            }
+            let tail = (TAIL * distances.len() as f64) as usize;
+            let (least, most) = (distances[tail], distances[distances.len() - 1 - tail]);
+            if 2.0 * (most - least) / (most + least) > NOT_RIGID {
                 return Err(Unusable::NotRigid {
                     disc: Bodies::Discs.names()[usize::from(a.ball == TrackedBall::Object)],
                     first: a.name.clone(),

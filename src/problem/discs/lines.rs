@@ -3,7 +3,7 @@
 
 use crate::extraction::{Bodies, Unusable};
 use crate::film::frame_noise::{constant_axis, noise_of};
-use crate::film::rigid_body::frames;
+use crate::film::rigid_body::{distances, frames};
 use crate::measurement::dataset::Measured;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::{median, wrap};
@@ -22,16 +22,6 @@ const ROUNDS: usize = 4;
 
 /// Part of itself by which the relative velocity changes at least.
 const MIN_VELOCITY_CHANGE: f64 = 1e-3;
-
-/// Returns times and distances of two points, in the frames that have both.
-pub(super) fn distances(a: &[Sample], b: &[Sample]) -> Vec<(f64, f64)> {
-    let both = frames(&[a, b]).into_iter();
-    let distance = |(time, places): (f64, Vec<Option<[f64; 2]>>)| match places[..] {
-        [Some(a), Some(b)] => Some((time, (Point::from(b) - Point::from(a)).norm())),
-        _ => None,
-    };
-    both.filter_map(distance).collect()
-}
 
 /// Returns times and distances of the centres, each the middle one of three neighbours, so that a
 /// frame in which a disc was mistaken for another does not count.
@@ -145,14 +135,14 @@ impl Meeting {
         }
     }
 
-    pub fn distance(&self) -> f64 {
-        (self.places[1] - self.places[0]).norm()
+    /// Returns the way from the first centre to the second.
+    pub fn across(&self) -> Point {
+        self.places[1] - self.places[0]
     }
 
     /// Returns m₁/m₂ of which momentum is conserved along the line of centres.
     pub fn mass_ratio(&self) -> f64 {
-        let across = self.places[1] - self.places[0];
-        let [first, second] = self.velocities.map(|[before, after]| (after - before).dot(&across));
+        let [first, second] = self.velocities.map(|[before, after]| (after - before).dot(&self.across()));
         -second / first
     }
 }

@@ -14,7 +14,7 @@ use crate::problem::film::camera::{Camera, Point};
 use crate::problem::film::dual::gradient;
 use crate::problem::film::film_data::{Film, FilmError};
 use crate::problem::film::outliers::{outlying, tail};
-use crate::problem::frames::{PicturePaths, Sight};
+use crate::problem::frames::{Frame, PicturePaths, Sight};
 use crate::problem::minimise::descend_with_noise;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Problem, State};
@@ -25,9 +25,10 @@ use crate::problem::unknowns::{Mode, Shared};
 /// Rounds of leaving out shots, and of descents that did not end at a minimum.
 pub(super) const ROUNDS: usize = 3;
 
-/// Frames on either side of the impact that are used at most: of few shots, and of more, which show
-/// how decelerations differ: in long paths they are less even.
-const REACHES: [f64; 2] = [120.0, 60.0];
+/// Frames on either side of the impact that are used, one number after the other: paths are
+/// followed from the impact on to a rail or a hand. The last one is for shots that are too few to
+/// show how decelerations differ: in long paths they are less even.
+const REACHES: [f64; 4] = [15.0, 30.0, 60.0, 120.0];
 
 /// Smallest number of frames on either side that decelerations which are not even leave.
 const LEAST_REACH: f64 = 7.0;
@@ -95,15 +96,22 @@ pub(super) fn measure(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDisc
     for id in LAW {
         unknowns[id as usize].mode = Mode::Fixed;
     }
-    let reach = REACHES[usize::from(own.len() >= LEAST_SHOTS)];
+    let few = usize::from(own.len() < LEAST_SHOTS);
     let mut state = State { own: vec![own], shared: Shared::starts(&unknowns) };
     let mut problem = Problem::of_one(Block::Discs(block), unknowns);
     let free = problem.free();
-    let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
-    for shot in Arc::make_mut(&mut block.shots) {
-        shot.reach = reach;
+    for (i, reach) in REACHES[..REACHES.len() - 1 + few].iter().enumerate() {
+        let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
+        for shot in Arc::make_mut(&mut block.shots) {
+            shot.reach = *reach;
+        }
+        block.choose_frames(&state);
+        // frames beyond those that were fitted may be off the path
+        if i > 0 {
+            block.drop_frames(&state, policy);
+        }
+        state = descend(&problem, problem.evaluate(state), &free, STEPS).end.state;
     }
-    block.choose_frames(&state);
     state = descend_with_noise(&mut problem, state).end.state;
     for _ in 0..MAX_TOUCHING {
         let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
@@ -128,27 +136,26 @@ pub(super) fn measure(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDisc
 }
 
 impl DiscBlock {
-    /// Uses the frames within reach of the impacts, but for those in which the discs touch, unless
-    /// too few are left.
+    /// Uses the frames within reach of the impacts, but for those in which the discs touch.
     fn choose_frames(&mut self, state: &State) {
-        self.use_frames(state, |shot| [shot.touching.max(LEFT_OUT) as f64, shot.reach]);
+        self.use_frames(state, |shot| shot.touching.max(LEFT_OUT) as f64);
     }
 
-    /// Uses the frames of each shot whose distance from the impact, in frames, is in `range`;
-    /// without its lower limit if too few are left.
-    fn use_frames(&mut self, state: &State, range: impl Fn(&ShotFrames) -> [f64; 2]) {
+    /// Uses the frames of each shot within its reach that are so many frames from the impact or
+    /// more; also nearer ones if too few are left.
+    fn use_frames(&mut self, state: &State, nearest: impl Fn(&ShotFrames) -> f64) {
         for (shot, own) in Arc::make_mut(&mut self.shots).iter_mut().zip(&state.own[0]) {
-            let (instant, fps, [nearest, farthest]) = (own[own::TIME], shot.fps, range(shot));
+            let (instant, nearest) = (own[own::TIME], nearest(shot));
             let [from, to] = shot.stuck.map_or([instant; 2], |stuck| stuck.settling);
-            let away = |time: f64| (from - time).max(time - to) * fps;
+            let away = |frame: &Frame| (from - frame.time).max(frame.time - to) * shot.fps;
             for track in &mut shot.tracks {
                 let after = track.frames.partition_point(|frame| frame.time <= instant);
                 let (early, late) = track.frames.split_at_mut(after);
                 for side in [early, late] {
-                    let apart = side.iter().filter(|frame| away(frame.time) >= nearest).count();
+                    let apart = side.iter().filter(|frame| away(frame) >= nearest).count();
                     let least = if apart < LEAST { f64::NEG_INFINITY } else { nearest };
                     for frame in side {
-                        frame.used = (least..=farthest).contains(&away(frame.time));
+                        frame.used = (least..=shot.reach).contains(&away(frame));
                     }
                 }
             }
@@ -198,8 +205,7 @@ impl DiscBlock {
     fn drop_frames(&mut self, state: &State, policy: &Policy) -> bool {
         let mut changed = false;
         for (i, own) in state.own[0].iter().enumerate() {
-            let Some(motion) = self.follow(i, own, &state.shared) else { continue };
-            let sights = self.sights(i, &motion, own, &state.shared);
+            let sights = self.sights(i, own, &state.shared);
             let shot = &mut Arc::make_mut(&mut self.shots)[i];
             for (track, sights) in shot.tracks.iter_mut().zip(sights) {
                 let outlying = outlying(&sights, own[own::TIME], policy);
@@ -215,13 +221,12 @@ impl DiscBlock {
     /// Counts one frame more as touching on either side of the impacts next to which frames are off
     /// the paths; returns whether there are any.
     fn find_touching(&mut self, state: &State, policy: &Policy) -> bool {
-        let mut next = self.clone();
-        next.use_frames(state, |shot| [shot.touching as f64, shot.reach]);
+        let mut nearer = self.clone();
+        nearer.use_frames(state, |shot| shot.touching as f64);
         let mut changed = false;
         for (i, shot) in Arc::make_mut(&mut self.shots).iter_mut().enumerate() {
             let own = &state.own[0][i];
-            let Some(motion) = next.follow(i, own, &state.shared) else { continue };
-            let sights = next.sights(i, &motion, own, &state.shared);
+            let sights = nearer.sights(i, own, &state.shared);
             let reach = (shot.touching as f64 + 1.0) / shot.fps;
             let near = sights.iter().flatten().filter(|frame| (frame.time - own[own::TIME]).abs() <= reach);
             let squares: Vec<f64> = near.map(Sight::square).collect();

@@ -19,7 +19,6 @@
 use nalgebra::Vector2;
 use num_dual::{DualNum, DualSVec64};
 
-use super::block::ShotFrames;
 use super::own::{self, CORE};
 use crate::physics::Number;
 use crate::physics::ball::{Ball, BallState, Vec3};
@@ -128,9 +127,14 @@ pub(super) fn locate<T: Number>(at: &[T; COEFFICIENTS], late: T, marker: Option<
     Vector2::new(centre.x + radius * cos, centre.y + radius * sin)
 }
 
-/// Follows both discs through the impact, if they stick together as one body; the rotations that
-/// are not seen stay. `None` if they do not approach.
-pub(super) fn follow(shot: &ShotFrames, values: &Own, shared: &Shared, discs: &Discs) -> Option<Motion> {
+/// Follows both discs through the impact, if they stick together as one body; rotations of discs
+/// that are not seen to turn stay. `None` if they do not approach.
+pub(super) fn follow(
+    (is_stuck, turns): (bool, [bool; 2]),
+    values: &Own,
+    shared: &Shared,
+    discs: &Discs,
+) -> Option<Motion> {
     let own: [Dual; CORE] = std::array::from_fn(|i| constant::<INPUTS>(values[i]).derivative(i));
     let [mass_ratio, slowing, drag, contact_distance] =
         std::array::from_fn(|i| constant::<INPUTS>(shared[MOVING[i]]).derivative(CORE + i));
@@ -162,10 +166,10 @@ pub(super) fn follow(shot: &ShotFrames, values: &Own, shared: &Shared, discs: &D
 
     let least = relative.norm_squared() * (AT_REST * AT_REST);
     // place, velocity, and what turns
-    let piece = |[disc, side]: [usize; 2], p: DualVector, v: DualVector, turns: [Dual; 5]| {
+    let piece = |[disc, side]: [usize; 2], p: DualVector, v: DualVector, round: [Dual; 5]| {
         let slowing = slowing + own[own::SLOWING + 2 * disc + side];
         let rate = slowing * (v.dot(&v) + least).sqrt().recip() + drag;
-        let [arm, direction, turning, spin, turned] = turns;
+        let [arm, direction, turning, spin, turned] = round;
         let start = if side == 0 { f64::NEG_INFINITY } else { 0.0 };
         Piece::new(start, &[p.x, p.y, v.x, v.y, rate, arm, direction, turning, spin, turned])
     };
@@ -175,24 +179,24 @@ pub(super) fn follow(shot: &ShotFrames, values: &Own, shared: &Shared, discs: &D
         let early = piece([disc, 0], centres[disc], before[disc], [zero, zero, zero, spins[disc], zero]);
         let (after, spin) = (&mut velocities[disc][1], &mut all_spins[disc][1]);
         let sign = [-1.0, 1.0][disc];
-        if shot.stuck.is_some() {
+        if is_stuck {
             let arm = parts[disc] * distance * sign;
             let drift = mean(before) + gained;
             (*after, *spin) = (drift + t * (arm * together), together);
-            let turns = [arm, own[own::DIRECTION], together, together, zero];
-            return [early, piece([disc, 1], mean(centres), drift, turns)];
+            let round = [arm, own[own::DIRECTION], together, together, zero];
+            return [early, piece([disc, 1], mean(centres), drift, round)];
         }
         let change = normal * parts[disc] * sign;
         let across = t * (ratio * change);
         *after += n * change + across + gained;
-        if shot.turns[disc] {
+        if turns[disc] {
             let of_disc = ratio + own[own::SPIN_RATIO + disc];
             *spin -= parts[disc] * normal * of_disc / (radii[disc] * discs.inertia);
         }
         // what friction changes, it has changed for a while
         let lead = own[own::LEAD];
-        let turns = [zero, zero, zero, *spin, (*spin - spins[disc]) * lead];
-        [early, piece([disc, 1], centres[disc] + across * lead, *after, turns)]
+        let round = [zero, zero, zero, *spin, (*spin - spins[disc]) * lead];
+        [early, piece([disc, 1], centres[disc] + across * lead, *after, round)]
     });
     Some(Motion { pieces, own, distance, radii, velocities, spins: all_spins })
 }

@@ -139,15 +139,14 @@ pub(super) fn list_unknowns(
     let is_seen = shots >= LEAST_SHOTS && !is_flat;
     for unknown in &mut all {
         let is_shown = match unknown.id {
-            Id::MuS | Id::RadiusRatio => false,
+            // discs have neither, and do not hop
+            Id::MuS | Id::RadiusRatio | Id::ParallaxX | Id::ParallaxY | Id::Nearness => false,
             // few shots do not distinguish it from a deceleration at any speed
             Id::Drag => shots >= LEAST_SHOTS,
             Id::ContactDistance => !is_flat || sum.is_some(),
             Id::Scale => is_seen && discs.radii.is_some(),
             // a delay has no meaning without a unit of time
             Id::ShutterX | Id::ShutterY => is_seen && discs.in_seconds,
-            // discs do not hop
-            Id::ParallaxX | Id::ParallaxY | Id::Nearness => false,
             id => is_seen || !(Id::Scale..=Id::Nearness).contains(&id),
         };
         if !is_shown {
