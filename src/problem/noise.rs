@@ -4,7 +4,7 @@
 
 use super::block::Block;
 use super::problem::{Eliminated, Evaluation, Problem, Reduced, Sample};
-use super::sums::{Noise, NoiseSums, Spread};
+use super::sums::{Noise, NoiseSums, Scattered, Spread};
 use super::uncertainty::Estimates;
 
 /// Largest correlation of neighbouring frames that is estimated.
@@ -184,7 +184,8 @@ fn estimate_spread(
     let mut squares = weight * first * first;
     let mut count = weight;
     for (i, shot) in at.shots[sample].iter().enumerate() {
-        for number in shot.scattered.iter().filter(|number| number.spread == which) {
+        let is_free = |number: &&Scattered| number.spread == which && !shot.held[number.place];
+        for number in shot.scattered.iter().filter(is_free) {
             let variance = estimates.variance(reduced, (sample, i), &number.by);
             squares += number.value * number.value;
             count += (1.0 - variance / (old * old)).max(0.0);
