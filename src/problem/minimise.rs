@@ -68,7 +68,7 @@ pub(crate) fn descend_with_states(problem: &mut Problem, start: &State) -> Optio
 /// Descends a few steps over places, scale, μ and e from each μ of a grid, with a noise as large as
 /// the first guesses are wrong, of large tables with some of the shots. From the best two, if they
 /// are at different μ, goes on over everything free; returns the lower one.
-fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
+pub(super) fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
     let Thinned { problem: mut coarser, state: coarse_start, .. } = thin(problem, start);
     for sample in &mut coarser.samples {
         if let Block::Film(film) = &mut sample.block {

@@ -5,7 +5,8 @@ use super::priors::{RATE_SD, of_unknown_spins};
 use super::spins::ShotSpin;
 use crate::problem::descent::{Descent, descend};
 use crate::problem::findings::Finding;
-use crate::problem::minimise::{descend_with_noise, descend_with_states};
+use crate::problem::minimise::{descend_coarsely, descend_with_noise};
+use crate::problem::noise::minus_two_log;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::sums::Noise;
@@ -187,9 +188,16 @@ pub(crate) fn spin_freely(
     let start = State { shared: Shared::starts(&free.unknowns), ..first.clone() };
     let film = free.film_mut()?;
     film.noise = noise;
-    film.shots.iter_mut().for_each(|shot| shot.spin = ShotSpin::UNKNOWN);
-    let coarse = descend_with_states(&mut free, &start)?;
-    let mut refit = Refit::from(free, coarse.end.state, 0.0);
+    // each state has minima of its own: to the end from all rolling, and from all sliding
+    let from = |spin: ShotSpin| {
+        let mut free = free.clone();
+        free.film_mut()?.shots.iter_mut().for_each(|shot| shot.spin = spin);
+        let coarse = descend_coarsely(&free, &start)?;
+        let refit = Refit::from(free, coarse.end.state, 0.0);
+        Some((minus_two_log(&refit.problem, &refit.descent.end), refit))
+    };
+    let refits = [ShotSpin::UNKNOWN, ShotSpin::UNKNOWN_SLIDING].into_iter().filter_map(from);
+    let (_, mut refit) = refits.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let state = &refit.descent.end.state;
     // at the noise of the first fit
     let mut same = refit.problem.clone();
