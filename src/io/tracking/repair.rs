@@ -47,8 +47,8 @@ fn value_at(sorted: &[f64], part: f64) -> Option<f64> {
     sorted.get((part * sorted.len() as f64) as usize).copied()
 }
 
-/// Turns positions into gaps that programs write for a lost ball, unless the ball's path leads there,
-/// and those at impossible places and times: a lost decimal point, a misprint.
+/// Makes gaps of the positions that programs write for a lost ball, unless the ball's path leads
+/// there, and of impossible places and times: a lost decimal point, a misprint.
 pub(super) fn remove_lost(shot: &mut RawShot, log: Log) {
     let times = &shot.times;
     let paths = shot.tracks.iter().map(|track| track.seen().filter(|_| !track.is_angle).collect());
