@@ -11,11 +11,11 @@ use super::result::{
 };
 use super::samples::Alone;
 use super::significance::known_error;
+use crate::fit::Computed;
 use crate::fit::deviations::residuals as residuals_of;
 use crate::fit::trends::holm;
-use crate::fit::{Computed, Refuted};
 use crate::physics::collision::Fidelity;
-use crate::problem::{Estimates, Id, Mode, Policy};
+use crate::problem::{Estimates, Id, Mode, Policy, refutes};
 
 impl Joint<'_> {
     /// Returns what the fit says.
@@ -234,16 +234,17 @@ fn judge(comparison: &mut Comparison) {
     if comparison.noise_estimated || comparison.robust.is_some() {
         return;
     }
+    let policy = Policy::default();
     let reduced_chi2 = comparison.chi2 / comparison.dof.max(1) as f64;
     let of_sample = |sample: usize| {
         let own = comparison.residuals.iter().filter(|residual| residual.sample == sample);
         let squares: Vec<f64> = own.map(|residual| residual.of_shot.standardized.powi(2)).collect();
         // a sample takes up few of the parameters, of many observations
         let (chi2, count) = (squares.iter().sum::<f64>(), squares.len());
-        Refuted::judge(chi2, count).map(|[reduced, _]| (sample, reduced))
+        refutes(chi2, count as f64, &policy).map(|reduced| (sample, reduced))
     };
     let samples: Vec<(usize, f64)> = (0..comparison.samples.len()).filter_map(of_sample).collect();
-    if samples.is_empty() && Refuted::judge(comparison.chi2, comparison.dof).is_none() {
+    if samples.is_empty() && refutes(comparison.chi2, comparison.dof as f64, &policy).is_none() {
         return;
     }
     let rests_on_model = |quantity: Quantity| quantity != Quantity::Sliding;

@@ -1,8 +1,10 @@
 //! Access to results for programs: what [`Fit`] and measured impacts of discs hold.
 
-use super::{DiscImpact, Estimate, Fit, FoundCamera, Rejected, with_impacts};
+use super::{DiscImpact, Estimate, Fit, FoundCamera, Id, Rejected, with_impacts};
 use crate::measurement::correction::Correction;
 use crate::measurement::dataset::{Dataset, Measured};
+use crate::measurement::parameter::Parameter;
+use crate::problem::Finding;
 
 /// Returns a data set with what its frames show independently of the law of the impact: of a film
 /// of balls the impacts, of one of discs the shots that can be used. Other data are returned as
@@ -56,7 +58,13 @@ impl Fit {
 
     /// Returns whether the data contradict the model: no estimate has an error then.
     pub fn is_refuted(&self) -> bool {
-        self.refuted.is_some()
+        self.solution.findings.iter().any(|finding| matches!(finding, Finding::Misfit { refutes: true, .. }))
+    }
+
+    /// Returns the standard error of a parameter as if the model held.
+    pub fn std_error_if_model_held(&self, parameter: Parameter) -> Option<f64> {
+        let stated = self.get(parameter).and_then(|estimate| estimate.std_error);
+        stated.or_else(|| self.solution.get(Id::from(parameter))?.std_error)
     }
 
     /// Returns the camera of footage as it was fitted.

@@ -83,7 +83,6 @@ impl Fitted<'_> {
             scatter: None,
             friction_curve: Vec::new(),
             camera: None,
-            refuted: None,
             explanations: film_words::explanations(solution, None),
             residuals,
             frames: None,

@@ -4,12 +4,12 @@ use std::cmp::Reverse;
 use std::collections::HashSet;
 
 use super::check::{self, capital};
-use super::{Fit, Noise, NoiseVerdict, Refuted, Rejected, Status, Trend, film_words};
+use super::{Fit, Noise, NoiseVerdict, Rejected, Status, Trend, film_words};
 use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::number::{count_of, plain, with_error};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
-use crate::problem::{Finding, Severity};
+use crate::problem::{Finding, Policy, Severity, refutes};
 
 /// Part of all shots: with fewer used, those that were left out may be the rule.
 const FEW_USED: f64 = 0.6;
@@ -90,7 +90,6 @@ impl Fit {
         let mut all: Vec<Remark> = others.into_iter().filter_map(remark).collect();
         all.extend(self.wrong_footage().map(doubtful("suspicious-footage")));
         all.extend(conflicts.into_iter().filter_map(remark));
-        all.extend(self.refuted_model().map(unusable("refuted")));
         all.extend(self.unfinished().map(unusable("not-converged")));
         all.extend(self.nothing_determined().map(unusable("undetermined")));
         let suspicious = check::warnings(&self.diagnostics.suspicious, self.shots_used);
@@ -112,27 +111,6 @@ impl Fit {
         let mut known = HashSet::new();
         all.retain(|remark| known.insert(remark.sentence.clone()));
         all
-    }
-
-    /// Returns how the data contradict the model, and what else is wrong, as that is why.
-    fn refuted_model(&self) -> Option<String> {
-        let refuted = self.refuted.as_ref()?;
-        let what = match self.object {
-            Some(_) => "two balls of the stated masses and sizes",
-            None => "two equal balls",
-        };
-        let few = || self.not_used().filter(|doubt| doubt.severity == Severity::Doubtful);
-        let why = self.wrong_footage().or_else(|| few().map(|doubt| doubt.sentence));
-        // any other is of balls that are confused
-        let measured = refuted.restitution.filter(|e| (0.0..=1.0).contains(&e.value));
-        let measured = measured
-            .map(|e| format!(" Measured without the model: e = {}.", with_error(e.value, e.std_error)));
-        Some(format!(
-            "No collision of {what} with constant friction describes these shots: χ²/dof is {}, where 1 is expected.{}{}",
-            plain(refuted.reduced_chi2, 3),
-            why.map_or(String::new(), |why| format!(" {why}")),
-            measured.unwrap_or_default()
-        ))
     }
 
     fn unfinished(&self) -> Option<String> {
@@ -195,7 +173,7 @@ impl Fit {
 
     /// Returns how residuals differ from the stated noise.
     fn unexplained(&self) -> Option<Remark> {
-        let goodness = self.diagnostics.goodness.as_ref().filter(|_| self.refuted.is_none())?;
+        let goodness = self.diagnostics.goodness.as_ref().filter(|_| !self.is_refuted())?;
         let times = plain(goodness.noise_factor?, 2);
         let noise = if self.footage { "the noise of the frames" } else { "the stated noise" };
         match goodness.noise {
@@ -214,7 +192,7 @@ impl Fit {
     /// Returns, of discs, that e and J_t/J_n together are not those of the contact that is fitted.
     fn refuted_contact(&self) -> Option<String> {
         self.discs.as_ref()?;
-        let [reduced_chi2, _] = Refuted::judge(self.chi2, self.dof)?;
+        let reduced_chi2 = refutes(self.chi2, self.dof as f64, &Policy::default())?;
         Some(format!(
             "χ²/dof of e and J_t/J_n is {}, where 1 is expected: the contact that is fitted does not describe these discs, and e may be \
              off by more than its error. caromfit extract measures e without a law of friction.",

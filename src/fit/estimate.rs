@@ -40,7 +40,7 @@ impl Fit {
     /// every shot sticks: from the estimate to a bound.
     pub(crate) fn plateau(&self, parameter: Parameter) -> Option<[f64; 2]> {
         let own = self.get(parameter)?;
-        let is_known = self.refuted.is_none() && !self.noise.iter().any(Noise::is_unknown);
+        let is_known = !self.is_refuted() && !self.noise.iter().any(Noise::is_unknown);
         let is_flat = own.status == Status::Free && own.std_error.is_none() && is_known;
         is_flat.then(|| [own.value, self.solution.bounds(Id::from(parameter))[1]])
     }

@@ -26,8 +26,12 @@ pub(super) fn remark(finding: &Finding, film: Option<&FittedFilm>) -> Option<Rem
 pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<String> {
     let radius_and_sd = film.map_or([f64::NAN, 0.0], |film| [film.radius(), film.scale_sd]);
     Some(match finding {
-        // rejected shots and goodness of fit say it
-        Finding::Misfit { .. } | Finding::LostShots { .. } if film.is_none() => return None,
+        // the list of rejected shots says it
+        Finding::LostShots { .. } if film.is_none() => return None,
+        Finding::Misfit { ratio, .. } if film.is_none() => format!(
+            "No collision of such balls with constant friction describes these shots: χ²/dof is {}, where 1 is expected.",
+            plain(*ratio, 3)
+        ),
         Finding::OtherUnit { factor, stated: false } => scale_of_balls(*factor),
         Finding::OtherUnit { factor, stated: true } => scale(factor.recip(), radius_and_sd),
         Finding::Playback { fps } => format!(

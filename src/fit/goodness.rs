@@ -2,7 +2,7 @@
 //! residuals, and the shots that matter most.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use statrs::distribution::Normal;
 use statrs::stats_tests::anderson_darling::anderson_darling;
 
@@ -107,7 +107,7 @@ pub(crate) struct Influence {
     #[schemars(with = "Option<f64>")]
     pub(crate) cook: f64,
     /// How far each estimate moves without the shot, in standard errors.
-    #[serde(rename = "shift_without_it_in_std_errors", serialize_with = "super::refuted::by_parameter")]
+    #[serde(rename = "shift_without_it_in_std_errors", serialize_with = "by_parameter")]
     #[schemars(with = "std::collections::BTreeMap<String, Option<f64>>")]
     pub(crate) shifts: Vec<(Parameter, f64)>,
 }
@@ -156,4 +156,9 @@ pub(in crate::fit) fn normality_of(standardized: &[f64]) -> Option<Normality> {
     let (statistic, p_value) = anderson_darling(standardized, &normal).ok()?;
     let p_value = if statistic < MAX_STATISTIC { p_value.clamp(0.0, 1.0) } else { 0.0 };
     Some(Normality { statistic: if statistic.is_finite() { statistic } else { f64::MAX }, p_value })
+}
+
+/// Writes values by the names of their parameters.
+fn by_parameter<S: Serializer>(values: &[(Parameter, f64)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(values.iter().map(|(parameter, value)| (parameter.name(), value)))
 }

@@ -2,7 +2,7 @@
 
 use super::film::FittedFilm;
 use super::film_words::{DIFFERS, remark};
-use super::{Fit, Remark, Status, check};
+use super::{Estimate, Fit, Remark, Status, check};
 use crate::film::frame_noise::constant_axis;
 use crate::measurement::dataset::{Dataset, ON_REQUEST, Shot};
 use crate::measurement::number::{count_of, plain, with_error};
@@ -15,7 +15,7 @@ use crate::problem::{DiscImpact, Id, Quantity, Severity, Solution};
 const GAP: f64 = 2.5;
 
 /// Sets what is suspicious about the shots of a fit, its warnings, and its notes, among them those
-/// of what was fitted.
+/// of what was fitted; takes the errors of a model away that the data refute.
 pub(super) fn comment(
     fit: &mut Fit,
     dataset: &Dataset,
@@ -23,6 +23,13 @@ pub(super) fn comment(
     has_topspin: bool,
     own: impl IntoIterator<Item = String>,
 ) {
+    if fit.is_refuted() {
+        // standard errors hold if the model does
+        for estimate in fit.estimates.iter_mut().filter(|e| e.status != Status::Fixed) {
+            *estimate = Estimate::bare(estimate.parameter, estimate.value, estimate.status);
+        }
+        fit.diagnostics.contours.clear();
+    }
     fit.diagnostics.suspicious = check::suspicious(dataset, shots, fit.sliding);
     fit.remarks = fit.doubts();
     let note = |kind: &'static str| move |sentence: String| Remark::new(Severity::Note, kind, sentence);

@@ -7,7 +7,6 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::common::{Fitted, Tested};
 use super::deviations::{trends, whiten};
 use super::error::Request;
-use super::refuted;
 use super::regions;
 use super::{Depth, Diagnostics, Estimate, Fit, FitError, Status, notes};
 use crate::measurement::dataset::Shot;
@@ -74,7 +73,6 @@ impl OfRows<'_> {
             noise.rounding = is_rounding.then_some(found.rounding);
         }
         fit.diagnostics = self.diagnostics(&fit);
-        refuted::judge(&mut fit, &self.common.deviations);
         fit
     }
 
@@ -126,8 +124,7 @@ impl OfRows<'_> {
         };
         let mut diagnostics = common.diagnostics(&free, silent, tested);
         diagnostics.has_rival = fit.estimates.iter().any(|estimate| estimate.includes_other_minimum);
-        let refutes = |finding: &Finding| matches!(finding, Finding::Misfit { refutes: true, .. });
-        if *depth < Depth::Everything || solution.findings.iter().any(refutes) {
+        if *depth < Depth::Everything || fit.is_refuted() {
             return diagnostics;
         }
         if diagnostics.robust.is_none() && self.rows.knows_noise() {

@@ -7,9 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
 use super::check;
-use super::{
-    Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, Goodness, Identifiability, Refuted, Remark,
-};
+use super::{Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, Goodness, Identifiability, Remark};
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::measurement::loss::Loss;
 use crate::measurement::number::plain;
@@ -76,8 +74,6 @@ pub struct Fit {
     pub(crate) friction_curve: Vec<[f64; 2]>,
     /// The camera of footage as it was fitted, and what else was found of the film.
     pub(crate) camera: Option<FoundCamera>,
-    /// How the data contradict the model, if they do; no estimate has an error then.
-    pub(crate) refuted: Option<Refuted>,
     /// Whether the shots were filmed, and not measured as impacts or angles.
     pub(crate) footage: bool,
     /// The estimates of all that the shots share.

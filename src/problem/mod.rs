@@ -70,6 +70,7 @@ pub use rows::choices::RowsError;
 pub use rows::choices::Unpredictable;
 pub(crate) use rows::deviations::Deviations;
 pub(crate) use rows::noise::TableNoise;
+pub(crate) use rows::outliers::refutes;
 pub use rows::prediction::{Prediction, predict};
 pub(crate) use rows::run::{RowsFit, fit_rows};
 pub(crate) use run::fit_film;

@@ -39,7 +39,7 @@ pub fn residuals(fit: &Fit) -> String {
 /// observable of every shot.
 pub(super) fn write_residuals(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Result<()> {
     writeln!(to, "{RESIDUALS}")?;
-    let model = if fit.refuted.is_some() { "refuted" } else { "" };
+    let model = if fit.is_refuted() { "refuted" } else { "" };
     let Some(film) = &fit.frames else {
         return fit.residuals.iter().try_for_each(|own| to.write_all(row(own, model).as_bytes()));
     };
@@ -126,7 +126,7 @@ pub fn shots(fit: &Fit) -> String {
         }
         for OwnEstimate { column, value, sd } in estimates.get(shot.as_str()).into_iter().flatten() {
             row.insert((*column).to_owned(), (*value).into());
-            let sd = fit.refuted.is_none().then_some(*sd);
+            let sd = (!fit.is_refuted()).then_some(*sd);
             row.insert(format!("{column}_sd"), sd.into());
         }
         rows.push(row);

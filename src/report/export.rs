@@ -48,12 +48,11 @@ fn value(fit: &FitDocument, parameter: Parameter) -> Result<f64, String> {
 /// Returns pooltool's arguments. A parameter that the data do not determine is left out.
 pub(crate) fn export(fit: &FitDocument) -> Exported {
     let falls = [Parameter::B, Parameter::C].iter().any(|own| fit.parameters.contains_key(own.name()));
-    let measured_e = fit.measured_e().map(|[estimate, _]| estimate);
     let arguments = [
         ("m", fit.ball.and_then(|ball| ball.mass_kg)),
         ("R", fit.ball.map(|ball| ball.radius_m)),
         ("u_b", value(fit, Parameter::Mu).ok().filter(|_| !falls)),
-        ("e_b", measured_e.or_else(|| value(fit, Parameter::E).ok())),
+        ("e_b", value(fit, Parameter::E).ok()),
         ("u_s", fit.mu_k.map(|mu_k| mu_k.value)),
     ];
     let arguments = arguments.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?.into())));
@@ -68,7 +67,6 @@ pub(crate) fn export(fit: &FitDocument) -> Exported {
         include_str!("templates/export.jinja"),
         context! {
             falls,
-            has_e => measured_e.is_some(),
             refuted => fit.refuted().map(|found| found.sentence.clone()),
             values => Serde(BTreeMap::from(Parameter::ALL.map(known))),
             fit => Serde(fit),

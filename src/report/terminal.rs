@@ -160,15 +160,11 @@ pub(super) fn with_unit(text: &str, unit: &str) -> String {
     format!("{text}{space}{unit}")
 }
 
-/// Returns an estimate in one cell. Of a refuted model: the restitution that was measured without
-/// it, if there is one, else the bare estimate.
+/// Returns an estimate in one cell.
 pub(super) fn estimate(fit: &Fit, estimate: &Estimate) -> String {
     let value = plain(estimate.value, 4);
-    if let Some(refuted) = fit.refuted.as_ref().filter(|_| estimate.status == Status::Free) {
-        return match refuted.restitution.filter(|_| estimate.parameter == Parameter::E) {
-            Some(own) => format!("measured {} (fit refuted)", with_error(own.value, own.std_error)),
-            None => format!("{value} (refuted)"),
-        };
+    if fit.is_refuted() && estimate.status == Status::Free {
+        return format!("{value} (refuted)");
     }
     if let Some([edge, bound]) = fit.plateau(estimate.parameter) {
         let sign = if bound >= edge { '≥' } else { '≤' };

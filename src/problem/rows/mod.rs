@@ -8,7 +8,7 @@ pub(crate) mod block;
 pub(crate) mod choices;
 pub(crate) mod deviations;
 pub(crate) mod noise;
-mod outliers;
+pub(crate) mod outliers;
 pub(crate) mod prediction;
 pub(crate) mod run;
 pub(crate) mod shot;

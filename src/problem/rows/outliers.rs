@@ -1,10 +1,11 @@
-//! Shots of a table that fit no collision that the others fit.
+//! Shots of a table that fit no collision that the others fit, and tables that refute the model.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use super::block::RowsBlock;
 use crate::measurement::loss::Loss;
 use crate::numerics::median;
+use crate::problem::film::outliers::tail;
 use crate::problem::minimise::descend_with_noise;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Problem, State};
@@ -73,4 +74,26 @@ fn least_scale(problem: &Problem) -> f64 {
     };
     let all: Vec<f64> = rows.shots.iter().flat_map(|shot| shot.rows.iter().map(of_row)).collect();
     all.iter().sum::<f64>() / all.len() as f64
+}
+
+/// Returns χ² per degree of freedom of numbers with stated errors if it rules the model out. As many
+/// parameters as numbers should leave no residual; what they leave is judged as one degree of freedom.
+pub(crate) fn refutes(chi2: f64, dof: f64, policy: &Policy) -> Option<f64> {
+    let dof = dof.max(1.0);
+    (tail(chi2, dof) < policy.shot_tail && chi2 > policy.refuted_rows * dof).then_some(chi2 / dof)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Policy, refutes};
+
+    #[test]
+    fn both_the_probability_and_the_size_of_chi2_count() {
+        let is_refuted = |chi2, dof| refutes(chi2, dof, &Policy::default()).is_some();
+        assert!(is_refuted(3736.0, 1.0));
+        // many shots with noise stated too small by a third
+        assert!(!is_refuted(1800.0, 1000.0));
+        // a single residual of 2.5 standard deviations
+        assert!(!is_refuted(6.3, 1.0));
+    }
 }

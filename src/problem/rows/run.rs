@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::block::RowsBlock;
 use super::choices::{RowsChoices, RowsError};
 use super::noise::{TableNoise, list_noises};
-use super::outliers::judge_rows;
+use super::outliers::{judge_rows, refutes};
 use super::table::Table;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
@@ -169,12 +169,9 @@ fn finish(
         covariance.covariance = scattered;
         dof = Some((names.len() as f64 - covariance.columns.len() as f64).max(1.0));
     }
-    let chi2_dof = Table::dof(&problem);
-    let is_misfit =
-        tail(descent.end.cost, chi2_dof) < policy.shot_tail && descent.end.cost > policy.misfit * chi2_dof;
-    if noises.is_empty() && !is_robust && is_misfit {
-        let ratio = descent.end.cost / chi2_dof;
-        findings.push(Finding::Misfit { ratio, refutes: ratio > policy.refuted_rows });
+    let refuted = refutes(descent.end.cost, Table::dof(&problem), policy);
+    if let Some(ratio) = refuted.filter(|_| noises.is_empty() && !is_robust) {
+        findings.push(Finding::Misfit { ratio, refutes: true });
     }
     if !descent.converged {
         findings.push(Finding::NotConverged);

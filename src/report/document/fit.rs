@@ -15,9 +15,6 @@ use crate::report::ascii;
 /// Numbers that were found of a film, by their names.
 pub(crate) type FilmEntry = ByName<Number>;
 
-/// Kind of the finding that the data contradict the model.
-const REFUTED: &str = "refuted";
-
 document! {
     /// fit.json of caromfit
     ///
@@ -54,8 +51,8 @@ document! {
         method: String = fit.method_name().to_owned(),
         /// Whether the model contains each effect, by its name.
         effects: ByName<bool> = fit.effects.iter().map(|(name, on)| ((*name).to_owned(), *on)).collect(),
-        /// Findings, the most important first. Of kind refuted: the data contradict the model.
-        findings: Vec<Found> = each(&fit.remarks, |remark| Found::new(fit, remark)),
+        /// Findings, the most important first.
+        findings: Vec<Found> = each(&fit.remarks, Found::new),
         /// Estimates by the name of the parameter; mu_b and mu_c if the friction decreases with the
         /// slip, kappa if the contact is compliant, mass_ratio and radius_ratio (cue ball over
         /// object ball) if they were fitted, e_slope if the restitution decreases with the closing
@@ -187,9 +184,9 @@ document! {
 
     /// Something that a reader should know.
     #[derive(Deserialize)]
-    Found(fit: &Fit, remark: &fit::Remark) {
+    Found(remark: &fit::Remark) {
         /// The kind of the finding.
-        kind: String = data(fit, remark).0,
+        kind: String = data(remark).0,
         /// info: good to know; doubt: the estimates may be off by more than their errors; unusable:
         /// they are meaningless.
         #[schemars(extend("enum" = ["info", "doubt", "unusable"]))]
@@ -202,7 +199,7 @@ document! {
         sentence: String = remark.sentence.clone(),
         /// Its numbers, by their names.
         #[serde(flatten)]
-        values: serde_json::Map<String, Value> = data(fit, remark).1,
+        values: serde_json::Map<String, Value> = data(remark).1,
     }
 
     /// An unknown that all shots share.
@@ -249,27 +246,16 @@ document! {
 }
 
 impl FitDocument {
-    /// Returns how the data contradict the model; `None` if they do not.
+    /// Returns why the numbers mean nothing, if the data contradict the model.
     pub(in crate::report) fn refuted(&self) -> Option<&Found> {
-        self.findings.iter().find(|finding| finding.kind == REFUTED)
-    }
-
-    /// Returns the restitution that was measured without a model that the data refute, and its
-    /// standard error.
-    pub(in crate::report) fn measured_e(&self) -> Option<[f64; 2]> {
-        let measured = self.refuted()?.values.get("measured_e")?;
-        let number = |key: &str| measured.get(key)?.as_f64();
-        Some([number("estimate")?, number("std_error").unwrap_or(f64::NAN)])
+        self.findings.iter().find(|finding| finding.values.get("refutes") == Some(&Value::Bool(true)))
     }
 }
 
 /// Returns the kind of a remark, and its numbers.
-fn data(fit: &Fit, remark: &fit::Remark) -> (String, serde_json::Map<String, Value>) {
+fn data(remark: &fit::Remark) -> (String, serde_json::Map<String, Value>) {
     let (kind, values) = match &remark.about {
-        About::Kind(kind) => {
-            let refuted = fit.refuted.as_ref().filter(|_| *kind == REFUTED);
-            (Some((*kind).to_owned()), serde_json::to_value(refuted).unwrap_or_default())
-        }
+        About::Kind(kind) => (Some((*kind).to_owned()), Value::Null),
         About::Found(finding) => {
             let mut values = serde_json::to_value(finding).unwrap_or_default();
             let kind = values.as_object_mut().and_then(|values| values.shift_remove("kind"));
