@@ -53,3 +53,5 @@ pub mod report;
 pub mod simulate;
 #[cfg(feature = "io")]
 mod studies;
+#[cfg(feature = "fit")]
+mod words;

@@ -2,12 +2,15 @@
 
 use std::sync::Arc;
 
+use minijinja::Value as Values;
+use minijinja::value::Serde;
+
 use super::CompareError;
 use super::findings::Finding;
 use super::quantity::{Options, Quantity};
 use super::result::SampleSummary;
-use crate::fit::film_words::{self, sentence};
-use crate::fit::{self, Depth, FitError};
+use crate::fit::film_words::sentence;
+use crate::fit::{self, Depth, FitError, words_of};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::number::count_of;
 use crate::measurement::parameter::Settings;
@@ -133,7 +136,7 @@ impl<'a> Samples<'a> {
                 self.findings.extend(scatter.map(|scatter| Finding::OfSample {
                     sample,
                     severity: Severity::Note,
-                    sentence: film_words::scatter(&scatter) + ".",
+                    sentence: words_of("scatter", Values::from(Serde(scatter))) + ".",
                 }));
                 let (settings, solution) = (dataset.settings_of_balls(), fit.solution);
                 let alone = Alone { dataset, settings, solution, sample, label, film, balls, cloth, camera };

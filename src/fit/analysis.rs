@@ -130,7 +130,8 @@ pub(crate) fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (D
     let impacts = film.impacts();
     let findings = film.solution.findings.iter();
     let sentences = findings.filter_map(|finding| film_words::sentence(finding, Some(&film)));
-    let sentences: Vec<String> = sentences.chain(notes::unknown_spins(&film)).collect();
+    let spins = notes::unknown_spins(&film).map(|remark| remark.sentence);
+    let sentences: Vec<String> = sentences.chain(spins).collect();
     dataset.left_out.extend(film.solution.left_out.iter().cloned());
     let measured = |id| film.shared(id).map(|(value, sd)| Measured::new(value, sd));
     (dataset.sliding, dataset.rolling) = (measured(Id::MuK), measured(Id::MuR));
@@ -175,7 +176,7 @@ pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
         let findings = solution.findings.iter();
         tracks.notes.extend(findings.filter_map(|finding| film_words::sentence(finding, None)));
         tracks.notes.extend(camera.sentence());
-        tracks.notes.extend(notes::of_discs(&solution, &shots));
+        tracks.notes.extend(notes::of_discs(&solution, &shots).into_iter().map(|remark| remark.sentence));
     }
     ExtractedDiscs { dataset, shots, camera: Some(camera) }
 }
@@ -216,7 +217,8 @@ fn with_usable_discs(dataset: Dataset) -> Dataset {
             }
         }
     }
-    tracks.notes.extend(notes::rotation(unseen, tracks.shots.len()));
+    let unseen = notes::of_shots("measured/unseen-rotation", unseen, tracks.shots.len());
+    tracks.notes.extend(unseen.map(|remark| remark.sentence));
     let knows_rate = tracks.discs.is_none_or(|discs| discs.in_seconds);
     let unit = if knows_rate { "" } else { " The frame rate is unknown: velocities are in m per frame." };
     tracks.notes.push(format!(

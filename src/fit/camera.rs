@@ -1,8 +1,10 @@
 //! The camera that balls and discs calibrate: they touch at the same distance in every direction
 //! and everywhere in the picture, and move as the cloth lets them.
 
+use minijinja::context;
+
+use super::doubts::words_of;
 use crate::measurement::correction::Correction;
-use crate::measurement::number;
 use crate::problem::{Camera, Finding, Id, Solution};
 
 /// A correction as it was found.
@@ -87,22 +89,10 @@ impl FoundCamera {
     /// Returns the corrections as a sentence; `None` if all were held.
     #[must_use]
     pub fn sentence(&self) -> Option<String> {
-        let words = |found: &FoundCorrection| {
-            format!("{} {}", found.which.words(), number::with_error(found.value, found.std_error))
-        };
-        let all: Vec<String> = self.corrections.iter().map(words).collect();
-        let (shots, all) = (number::count_of(self.shots, "shot"), all.join(", "));
-        let sentence = format!(
-            "The estimates include the camera, which the discs themselves calibrate ({shots}): {all}."
-        );
-        (!self.corrections.is_empty()).then_some(sentence)
+        let corrections = self.corrections.iter();
+        let corrections: Vec<(&str, f64, f64)> =
+            corrections.map(|found| (found.which.words(), found.value, found.std_error)).collect();
+        let is_found = !corrections.is_empty();
+        is_found.then(|| words_of("camera", context! { shots => self.shots, corrections }))
     }
-}
-
-/// Returns that the balls set the scale of a film whose unit is `unit` metres.
-pub(super) fn scale_of_balls(unit: f64) -> String {
-    format!(
-        "The scale is that of the balls, which touch at a distance of 2R: about {:.4} units of the film are 1 m.",
-        unit.recip()
-    )
 }

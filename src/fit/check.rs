@@ -10,6 +10,7 @@ use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::physics::collision::Fidelity;
 use crate::problem::predict;
+use crate::words::capital;
 
 /// Number of shots below which the noise is left to luck.
 pub(super) const FEW_SHOTS: usize = 5;
@@ -126,17 +127,6 @@ pub(crate) fn warnings(found: &[Finding], shots: usize) -> Vec<String> {
         });
     }
     all
-}
-
-/// Returns words with a capital letter. A symbol (e, μ, μ_s) stays as it is: of words, only `a` has
-/// one letter.
-pub(crate) fn capital(words: &str) -> String {
-    let first = words.split([' ', '_']).next().unwrap_or_default();
-    if first != "a" && first.chars().count() == 1 {
-        return words.to_string();
-    }
-    let mut letters = words.chars();
-    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// Returns what is good to know before a fit.

@@ -28,7 +28,7 @@ pub(crate) use analysis::with_impacts;
 pub use analysis::{ExtractedDiscs, extract_discs, fit, fit_watched};
 pub(crate) use bootstrap::Bootstrap;
 pub use camera::FoundCamera;
-pub(crate) use doubts::{About, Remark};
+pub(crate) use doubts::{Remark, words_of};
 pub use error::FitError;
 pub(crate) use estimate::Counted;
 pub(crate) use film::FittedFilm;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use minijinja::context;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -10,7 +11,7 @@ use super::common::{Fitted, Tested};
 use super::deviations::{trends, whiten};
 use super::error::Request;
 use super::regions::contours;
-use super::{Computed, Depth, Diagnostics, Estimate, Fit, FitError, Scatter, Status, notes};
+use super::{Computed, Depth, Diagnostics, Estimate, Fit, FitError, Remark, Scatter, Status, notes};
 use crate::measurement::observable::{Measured, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
@@ -174,29 +175,20 @@ fn chance(slope: &Slope, scores: &[Option<ShiftScore>]) -> Option<f64> {
 }
 
 /// Returns what is good to know of the fit of discs.
-fn notes(found: &DiscFit) -> Vec<String> {
+fn notes(found: &DiscFit) -> Vec<Remark> {
     let DiscFit { solution, impacts, .. } = found;
-    let mut notes = Vec::new();
     let stuck = impacts.iter().filter(|impact| impact.stuck.is_some()).count();
-    if stuck > 0 {
-        notes.push(format!(
-            "In {stuck} of {} shots the discs stick together: \"caromfit extract\" gives their motion.",
-            impacts.len()
-        ));
-    }
     let unseen = impacts.iter().filter(|impact| impact.get(Quantity::SlipBefore).is_none()).count();
-    notes.extend(notes::rotation(unseen, impacts.len()));
-    notes.extend(notes::slowing(solution));
-    let others = Component::ALL.iter().zip(found.scatter()).skip(2);
-    let others = others.filter(|(_, sd)| *sd > 0.0);
-    let others: Vec<String> = others.map(|(of, sd)| format!("{} {sd:.2e}", of.name)).collect();
-    if !others.is_empty() {
-        notes.push(format!(
-            "Beyond the noise of the frames shots differ, too, in {}; errors include it.",
-            others.join(", ")
-        ));
-    }
-    notes
+    let others = Component::ALL.iter().zip(found.scatter()).skip(2).filter(|(_, sd)| *sd > 0.0);
+    let quantities: Vec<String> = others.map(|(of, sd)| format!("{} {sd:.2e}", of.name)).collect();
+    let differ = !quantities.is_empty();
+    let all = [
+        notes::of_shots("measured/sticking", stuck, impacts.len()),
+        notes::of_shots("measured/unseen-rotation", unseen, impacts.len()),
+        notes::slowing(solution),
+        differ.then(|| notes::note("measured/scatter-of-shots", context! { quantities })).flatten(),
+    ];
+    all.into_iter().flatten().collect()
 }
 
 /// Returns points of J_t/J_n of a fit against the slip over the closing speed, from 0 on, at a

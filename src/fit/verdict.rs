@@ -1,12 +1,13 @@
 //! The verdict on a fit: one word and one sentence that stand first everywhere, those of the worst
 //! of its doubts.
 
+use minijinja::value::Serde;
+use minijinja::{Value as Values, context};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::doubts::listed;
-use super::{Budget, Fit, Id, Remark, Status, film_words};
-use crate::measurement::number::{self, plain};
+use super::doubts::words_of;
+use super::{Budget, Fit, Id, Remark, Status};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::written::written_by_name;
 use crate::physics::name::{by_name, worded};
@@ -46,7 +47,10 @@ impl Fit {
     pub fn verdict(&self) -> Verdict {
         match self.doubts().into_iter().next() {
             Some(Remark { severity: Severity::Unusable, sentence, .. }) => {
-                Verdict { grade: Grade::Unusable, sentence }
+                let why = self.wrong_footage().filter(|_| self.is_refuted());
+                let sentences: Vec<String> =
+                    std::iter::once(sentence).chain(why.map(|why| why.sentence)).collect();
+                Verdict { grade: Grade::Unusable, sentence: sentences.join(" ") }
             }
             Some(Remark { severity: Severity::Doubtful, sentence, .. }) => {
                 Verdict { grade: Grade::Doubtful, sentence }
@@ -55,63 +59,41 @@ impl Fit {
         }
     }
 
-    /// Returns that more shots were left out than are wrong now and then; of a table, any.
-    fn many_left_out(&self) -> Option<String> {
-        /// Part of all shots.
-        const SELDOM: f64 = 0.15;
-        let rejected = self.unwanted();
-        let (first, unwanted) = (rejected.first()?, rejected.len());
-        let all = self.shots_used + unwanted;
-        if self.footage {
-            let is_often = unwanted as f64 > (SELDOM * all as f64).max(1.0);
-            return is_often
-                .then(|| format!(" {unwanted} of {all} shots were left out: the report says why."));
-        }
-        let others =
-            if unwanted == 1 { String::new() } else { format!(", the first of {unwanted} of {all},") };
-        Some(format!(" Shot {}{others} was left out: {}.", first.shot, first.reason))
-    }
-
     /// Returns what is determined, and what tests it.
     fn what_is_determined(&self) -> String {
+        /// Part of all shots of a film that may be left out as wrong ones now and then.
+        const SELDOM: f64 = 0.15;
         let with = |status: Status| {
             let alike = self.of_contact().filter(move |e| e.status == status);
             alike.map(|e| e.parameter.symbol()).collect::<Vec<_>>()
         };
-        let (free, silent) = (with(Status::Free), with(Status::NotIdentified));
-        let shots = number::count_of(self.shots_used, "shot");
-        let verb = if self.shots_used == 1 { "determines" } else { "determine" };
-        let what = if free.is_empty() {
-            format!("All parameters were held, and compared with {shots}")
-        } else {
-            format!("{shots} {verb} {}", listed(free.into_iter()))
-        };
         let goodness = self.diagnostics.goodness.as_ref();
-        let test = match goodness.filter(|goodness| goodness.p_value.is_some() && goodness.dof > 0) {
-            Some(found) => {
-                format!(
-                    "; the noise explains the residuals of {} (χ²/dof = {:.2})",
-                    self.counted().words(),
-                    found.chi2 / found.dof as f64
-                )
-            }
-            None if self.scatter.is_some_and(|scatter| scatter.is_estimated) => {
-                format!("; {}", film_words::scatter(&self.scatter.unwrap_or_default()))
-            }
-            None if self.diagnostics.robust.is_some() => "; outlying shots count less".to_owned(),
-            None => "; the noise was estimated from the residuals, so that χ² is not a test".to_owned(),
+        let tested = goodness.filter(|goodness| goodness.p_value.is_some() && goodness.dof > 0);
+        let scatter = self.scatter.filter(|scatter| scatter.is_estimated);
+        let rejected = self.unwanted();
+        let of = self.shots_used + rejected.len();
+        let are_few = rejected.len() as f64 <= (SELDOM * of as f64).max(1.0);
+        let unwanted = if self.footage && are_few { 0 } else { rejected.len() };
+        let values = context! {
+            shots => self.shots_used,
+            free => with(Status::Free),
+            silent => with(Status::NotIdentified),
+            counted => self.counted().words(),
+            reduced_chi2 => tested.map(|found| found.chi2 / found.dof as f64),
+            scatter => scatter.map(|scatter| words_of("scatter", Values::from(Serde(scatter)))),
+            robust => self.diagnostics.robust.is_some(),
+            film => self.footage,
+            of,
+            unwanted,
+            first => rejected.first().map(Serde),
+            masses => self.limited_by_masses(),
         };
-        let open = if silent.is_empty() {
-            String::new()
-        } else {
-            format!(". They do not determine {}", listed(silent.into_iter()))
-        };
-        let others = self.many_left_out().into_iter().chain(self.limited_by_masses());
-        format!("{what}{test}{open}.{}", others.collect::<String>())
+        words_of("determined", values)
     }
 
-    /// Returns that most of the variance of a parameter is due to masses that were not weighed.
-    fn limited_by_masses(&self) -> Option<String> {
+    /// Returns the symbol and the error of the parameter of which most of the variance is due to
+    /// masses that were not weighed, and the part of the error that is.
+    fn limited_by_masses(&self) -> Option<(&'static str, f64, f64)> {
         /// The standard deviation of m_cue/m_object of balls of 170 g that are each weighed to 0.1
         /// g is 0.0008.
         const WEIGHED: f64 = 0.001;
@@ -122,15 +104,10 @@ impl Fit {
             let masses = budget.shares.iter().find(|share| share.nuisance == Id::MassRatio)?.variance;
             let all = budget.shares.iter().map(|share| share.variance).sum::<f64>() + budget.noise;
             let parameter = Parameter::COEFFICIENTS.into_iter().find(|p| Id::from(*p) == budget.id)?;
-            (masses > LARGE_MASS_PART * all).then_some((parameter.symbol(), all, masses))
+            (masses > LARGE_MASS_PART * all).then_some((parameter.symbol(), all.sqrt(), masses.sqrt()))
         };
         let limited = self.budget.iter().filter_map(share);
-        let (symbol, all, masses) = limited.max_by(|a, b| (a.2 / a.1).total_cmp(&(b.2 / b.1)))?;
-        Some(format!(
-            " Of the error of {symbol}, ± {}, {} is the mass ratio: weigh both balls to 0.1 g.",
-            plain(all.sqrt(), 2),
-            plain(masses.sqrt(), 2)
-        ))
+        limited.max_by(|a, b| (a.2 / a.1).total_cmp(&(b.2 / b.1)))
     }
 }
 

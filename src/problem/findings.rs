@@ -5,7 +5,8 @@ use serde::Serialize;
 use super::unknowns::Id;
 
 /// How far a finding affects the trust in a fit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub(crate) enum Severity {
     /// Good to know.
     Note,

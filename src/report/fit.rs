@@ -7,9 +7,10 @@ use super::document::FitDocument;
 use super::shots::{shot_list, tracks};
 use super::templates;
 use super::terminal::{UNKNOWN_COLUMNS, cells, estimate, parameters, rare, table, unknowns, with_unit};
-use super::{Budget, ReportError, budgets, chi2_words, plot, symbol, title};
+use super::{Budget, ReportError, budgets, chi2_words, plot, title};
 use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
 use crate::measurement::number::{interval, plain};
+use crate::words::symbol;
 
 /// The templates of one fit and of several.
 const FIT: &str = include_str!("templates/fit.jinja");

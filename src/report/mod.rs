@@ -21,9 +21,9 @@ pub use write::{folder_name, group_folders, write};
 
 use crate::fit::{Counted, Fit};
 use crate::measurement::number::plain;
-use crate::measurement::parameter::Parameter;
 use crate::physics::disc::Discs;
 use crate::problem::{self, Id};
+use crate::words::symbol;
 
 /// Why a report cannot be made: a file that cannot be written, or a figure, a page or a JSON
 /// document that cannot be made.
@@ -49,12 +49,6 @@ pub(crate) fn title(fit: &Fit) -> String {
         Some((column, label)) => format!("{}, {column} = {label}", fit.dataset),
         None => fit.dataset.clone(),
     }
-}
-
-/// Returns `p = 0.013`; small probabilities are not distinguished.
-fn p_text(p: f64) -> String {
-    const LEAST_P: f64 = 1e-4;
-    if p < LEAST_P { format!("p < {LEAST_P}") } else { format!("p = {}", plain(p, 2)) }
 }
 
 /// Returns χ² per degree of freedom, what it counts, and whether the noise of some observable was
@@ -106,14 +100,4 @@ fn budgets(fit: &Fit) -> Vec<Budget> {
         Budget { of: found.id, std_error, parts }
     };
     fit.budget.iter().map(budget).collect()
-}
-
-/// Returns the symbol of an unknown, by its name; without one the name.
-fn symbol(name: &str) -> &str {
-    match (name, Parameter::ALL.into_iter().find(|parameter| parameter.name() == name)) {
-        ("mu_k", _) => "μ_k",
-        ("mu_r", _) => "μ_r",
-        (_, Some(parameter)) => parameter.symbol(),
-        (_, None) => name,
-    }
 }

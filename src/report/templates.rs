@@ -1,14 +1,14 @@
 //! Reports as text and as pages. A template states once which sentences, tables and figures a
 //! report has; the macros of `text.jinja` or `page.jinja` write them, so that both say the same.
 
-use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
-use minijinja::{AutoEscape, Environment, UndefinedBehavior, Value as Values, context};
+use minijinja::{AutoEscape, UndefinedBehavior, Value as Values, context};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::{ReportError, p_text, symbol};
-use crate::measurement::number::{count_of, interval, plain, with_error};
+use super::ReportError;
+use crate::measurement::number::plain;
+use crate::words::{self, symbol};
 
 /// Returns a document as text.
 pub(crate) fn text_of(report: &str, document: &impl Serialize) -> String {
@@ -31,29 +31,12 @@ pub(super) fn page(report: &str, values: Values) -> Result<String, ReportError> 
 }
 
 fn rendered(report: &str, macros: &str, escape: AutoEscape, values: Values) -> Result<String, ReportError> {
-    let mut environment = Environment::new();
-    environment.set_auto_escape_callback(move |_| escape.clone());
     // texts have no figures
-    environment.set_undefined_behavior(UndefinedBehavior::Chainable);
-    let mut syntax = SyntaxConfig::builder();
-    environment.set_syntax(syntax.trim_blocks(true).lstrip_blocks(true).build()?);
+    let mut environment = words::environment(UndefinedBehavior::Chainable)?;
+    environment.set_auto_escape_callback(move |_| escape.clone());
     environment
         .add_filter("table", |rows: Values, columns: Values| Values::from(Serde(Table::of(rows, columns))));
     environment.add_filter("text_table", |rows: Values, columns: Values| Table::of(rows, columns).text("  "));
-    environment.add_filter("symbol", |name: &str| symbol(name).to_owned());
-    environment.add_filter("plain", plain);
-    environment.add_filter("with_error", with_error);
-    environment
-        .add_filter("interval", |ends: Vec<f64>, error: Option<f64>| interval([ends[0], ends[1]], error));
-    environment.add_filter("p", p_text);
-    environment.add_filter("count_of", |count: usize, what: &str| count_of(count, what));
-    // a number that rounds to 0 has no sign
-    environment.add_filter("fixed", |value: f64, digits: i32| {
-        let unit = 10_f64.powi(digits);
-        format!("{:.*}", digits as usize, (value * unit).round() / unit + 0.0)
-    });
-    environment.add_filter("direction", |velocity: Vec<f64>| velocity[1].atan2(velocity[0]).to_degrees());
-    environment.add_filter("signed", |value: f64, digits: usize| format!("{value:+.digits$}"));
     let report = include_str!("templates/words.jinja").to_owned() + report;
     Ok(environment.render_str(&macros.replace("{{ content }}", &report), values)?)
 }

@@ -6,11 +6,12 @@ use minijinja::{Value as Values, context};
 
 use super::plot::ends;
 use super::templates::{self, Table};
-use super::{budgets, chi2_words, symbol};
+use super::{budgets, chi2_words};
 use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
 use crate::measurement::number::{plain, with_error, with_interval};
 use crate::measurement::parameter::Parameter;
 use crate::problem::{self, Id};
+use crate::words::symbol;
 
 /// A line of the table and what is said below it.
 struct Line {

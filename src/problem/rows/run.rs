@@ -169,15 +169,15 @@ fn finish(
         covariance.covariance = scattered;
         dof = Some((names.len() as f64 - covariance.columns.len() as f64).max(1.0));
     }
-    let refuted = refutes(descent.end.cost, Table::dof(&problem), policy);
-    if let Some(ratio) = refuted.filter(|_| noises.is_empty() && !is_robust) {
-        findings.push(Finding::Misfit { ratio, refutes: true });
-    }
     if !descent.converged {
         findings.push(Finding::NotConverged);
     }
     let mut solution =
         Solution { findings, left_out, ..Solution::new(problem, descent, covariance, vec![names]) };
+    let refuted = refutes(solution.at.cost, solution.dof() as f64, policy);
+    if let Some(ratio) = refuted.filter(|_| noises.is_empty() && !is_robust) {
+        solution.findings.push(Finding::Misfit { ratio, refutes: true });
+    }
     let as_free = errors_as_free(&solution.problem, &solution.at, &undetermined).filter(|_| !is_robust);
     let as_free = as_free.unwrap_or_else(|| solution.covariance.clone());
     let knows_noise = noises.iter().all(|noise| noise.is_known);

@@ -4,9 +4,7 @@ use serde::Deserialize;
 use serde_json::{Number, Value};
 
 use super::{ByName, Made, document, each, finite, named};
-use crate::fit::{
-    self, About, Counted, Diagnostics, Explanation, Fit, FoundCamera, Rejected, Scatter, Verdict,
-};
+use crate::fit::{self, Counted, Diagnostics, Explanation, Fit, FoundCamera, Rejected, Scatter, Verdict};
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::physics::ball::Ball;
 use crate::problem::{self, Budget, Severity, Status};
@@ -254,15 +252,9 @@ impl FitDocument {
 
 /// Returns the kind of a remark, and its numbers.
 fn data(remark: &fit::Remark) -> (String, serde_json::Map<String, Value>) {
-    let (kind, values) = match &remark.about {
-        About::Kind(kind) => (Some((*kind).to_owned()), Value::Null),
-        About::Found(finding) => {
-            let mut values = serde_json::to_value(finding).unwrap_or_default();
-            let kind = values.as_object_mut().and_then(|values| values.shift_remove("kind"));
-            (kind.and_then(|kind| Some(kind.as_str()?.to_owned())), values)
-        }
-    };
-    let values = if let Value::Object(values) = values { values } else { serde_json::Map::new() };
+    let values = serde_json::to_value(&remark.values).unwrap_or_default();
+    let mut values = if let Value::Object(values) = values { values } else { serde_json::Map::new() };
+    let kind = values.shift_remove("kind").and_then(|kind| Some(kind.as_str()?.to_owned()));
     (kind.unwrap_or_default(), values)
 }
 

@@ -12,8 +12,9 @@ use crate::measurement::dataset::Measured;
 use crate::measurement::number::plain;
 use crate::measurement::parameter::Parameter;
 use crate::problem::Quantity;
-use crate::report::{Budget, speed_unit, symbol, title};
+use crate::report::{Budget, speed_unit, title};
 use crate::studies::accuracy::{Includes, Row};
+use crate::words::symbol;
 
 /// Returns e of discs against the closing speed, and J_t/J_n against the slip, each with what was
 /// fitted; an empty figure of balls, and if no shot has what it shows.
