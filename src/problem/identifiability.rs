@@ -9,7 +9,7 @@ use super::problem::{Evaluation, Problem, Reduced};
 use super::solution::Solution;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode};
-use crate::measurement::parameter::Parameter;
+use crate::words::symbol;
 
 /// Eigenvalue of the normal matrix, scaled to a diagonal of 1, below which χ² does not change along
 /// its direction: products of derivatives are exact to 1e-12.
@@ -63,19 +63,13 @@ fn by_name<S: Serializer>(terms: &[(Id, f64)], serializer: S) -> Result<S::Ok, S
     serializer.collect_map(terms.iter().map(|(id, step)| (id.name(), step)))
 }
 
-/// Returns the symbol of a parameter, or the name of another unknown.
-fn symbol(id: Id) -> &'static str {
-    let parameter = Parameter::ALL.into_iter().find(|parameter| Id::from(*parameter) == id);
-    parameter.map_or(id.name(), Parameter::symbol)
-}
-
 impl Combination {
     fn in_words(&self) -> String {
-        let names: Vec<&str> = self.terms.iter().map(|(id, _)| symbol(*id)).collect();
+        let names: Vec<&str> = self.terms.iter().map(|(id, _)| symbol(id.name())).collect();
         let names = names.join(" and ");
         let moves = self.terms.iter().map(|(id, step)| {
             let verb = if *step > 0.0 { "rises" } else { "falls" };
-            format!("{} {verb} by {:.2e}", symbol(*id), step.abs())
+            format!("{} {verb} by {:.2e}", symbol(id.name()), step.abs())
         });
         let moves = moves.collect::<Vec<_>>().join(" and ");
         match &self.determined {
@@ -155,7 +149,7 @@ fn combine(unknowns: &[(Id, f64)], matrix: &DMatrix<f64>) -> Option<Combination>
     let determined = match terms[..] {
         [(i, step_i), (j, step_j)] if x(i) > 0.0 && x(j) > 0.0 => {
             let ratio = (step_i / x(i)) / (step_j / x(j));
-            let [first, second] = [i, j].map(|i| symbol(unknowns[i].0));
+            let [first, second] = [i, j].map(|i| symbol(unknowns[i].0.name()));
             let of = |name: String, estimate: f64, by: [f64; 2]| {
                 let mut gradient = DVector::zeros(n);
                 (gradient[i], gradient[j]) = (by[0], by[1]);
