@@ -87,8 +87,7 @@ impl Fit {
 
     /// Returns everything that lets doubt the fit, the most harmful first.
     pub(super) fn doubts(&self) -> Vec<Remark> {
-        let [warning, doubtful, unusable] =
-            [Severity::Warning, Severity::Doubtful, Severity::Unusable].map(said);
+        let [doubtful, unusable] = [Severity::Doubtful, Severity::Unusable].map(said);
         let findings = self.solution.findings.iter().filter(|finding| finding.severity() > Severity::Note);
         // conflicts with what is stated may come from wrong footage
         let (conflicts, others): (Vec<&Finding>, Vec<&Finding>) =
@@ -103,7 +102,7 @@ impl Fit {
         }
         all.extend(self.nothing_determined());
         for text in check::warnings(&self.diagnostics.suspicious, self.shots_used) {
-            all.extend(warning("suspicious-shot", context! { text }));
+            all.extend(Remark::new(Severity::Warning, "suspicious-shot", context! {}, context! { text }));
         }
         all.extend(self.not_used());
         all.extend(self.unexplained());
@@ -223,8 +222,8 @@ impl Fit {
         let worst = self.diagnostics.identifiability.as_ref().and_then(|found| found.worst.as_ref());
         let combination = |undetermined: bool| {
             let worst = worst.filter(|worst| worst.weak && worst.undetermined == undetermined)?;
-            let words = &worst.words;
-            doubtful("undetermined/combination", context! { words, undetermined })
+            let words = context! { words => &worst.words, undetermined };
+            Remark::new(Severity::Doubtful, "undetermined/combination", context! {}, words)
         };
         all.push(combination(true));
         for estimate in self.estimates.iter().filter(|estimate| estimate.is_at_bound()) {
@@ -285,7 +284,7 @@ impl Fit {
             let severity = if is_doubt { Severity::Doubtful } else { Severity::Warning };
             let is_wanted = is_doubt || trend.significant && self.explanations.is_empty();
             let words = &trend.words;
-            is_wanted.then(|| said(severity)("trend", context! { words })).flatten()
+            is_wanted.then(|| Remark::new(severity, "trend", context! {}, context! { words })).flatten()
         };
         self.trends().iter().enumerate().filter_map(remark).collect()
     }

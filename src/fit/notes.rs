@@ -47,7 +47,11 @@ pub(super) fn comment(
         notes.extend(note("left-out-on-request", context! { shots, of }));
     }
     notes.extend(unidentified(fit, has_topspin));
-    notes.extend(dataset.notes().filter_map(|text| note("data", context! { text })));
+    notes.extend(
+        dataset
+            .notes()
+            .filter_map(|text| Remark::new(Severity::Note, "data", context! {}, context! { text })),
+    );
     fit.remarks.extend(notes);
 }
 
