@@ -4,7 +4,7 @@ use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, Error, UndefinedBehavior, Value};
 
 use crate::measurement::parameter::Parameter;
-use crate::numerics::number::{count_of, interval, plain, with_error};
+use crate::numerics::number::{count_of, plain, with_error};
 
 /// Returns an environment that renders templates.
 pub(crate) fn environment(undefined: UndefinedBehavior) -> Result<Environment<'static>, Error> {
@@ -15,8 +15,6 @@ pub(crate) fn environment(undefined: UndefinedBehavior) -> Result<Environment<'s
     environment.add_filter("symbol", |name: &str| symbol(name).to_owned());
     environment.add_filter("plain", plain);
     environment.add_filter("with_error", with_error);
-    environment
-        .add_filter("interval", |ends: Vec<f64>, error: Option<f64>| interval([ends[0], ends[1]], error));
     environment.add_filter("p", p_text);
     environment.add_filter("count_of", |count: usize, what: &str| count_of(count, what));
     environment.add_filter("capital", |words: &str| capital(words));
@@ -26,17 +24,30 @@ pub(crate) fn environment(undefined: UndefinedBehavior) -> Result<Environment<'s
         format!("{:.*}", digits as usize, (value * unit).round() / unit + 0.0)
     });
     environment.add_filter("scientific", |value: f64, digits: usize| format!("{value:.digits$e}"));
-    environment.add_filter("direction", |velocity: Vec<f64>| velocity[1].atan2(velocity[0]).to_degrees());
-    environment.add_filter("signed", |value: f64, digits: usize| format!("{value:+.digits$}"));
     Ok(environment)
 }
 
-/// Returns the sentence that a template has for some values; empty if it has none.
-pub(crate) fn sentence(template: &str, values: Value) -> String {
-    let environment = environment(UndefinedBehavior::SemiStrict);
-    // the templates are those of the program, which its tests render
-    let text = environment.and_then(|environment| environment.render_str(template, values));
-    text.map_or_else(|error| error.to_string(), |text| text.trim().to_owned())
+/// A template that has a sentence for some values.
+pub(crate) struct Sentences(Result<Environment<'static>, Error>);
+
+impl Sentences {
+    pub(crate) fn of(template: &'static str) -> Self {
+        Self(environment(UndefinedBehavior::SemiStrict).and_then(|mut environment| {
+            environment.add_template("", template)?;
+            Ok(environment)
+        }))
+    }
+
+    /// Returns the sentence for some values; empty if the template has none.
+    pub(crate) fn sentence(&self, values: Value) -> String {
+        // the templates are those of the program, which its tests render
+        let environment = match &self.0 {
+            Ok(environment) => environment,
+            Err(error) => return error.to_string(),
+        };
+        let text = environment.get_template("").and_then(|template| template.render(values));
+        text.map_or_else(|error| error.to_string(), |text| text.trim().to_owned())
+    }
 }
 
 /// Returns `p = 0.013`; small probabilities are not distinguished.

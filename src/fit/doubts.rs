@@ -2,6 +2,7 @@
 
 use std::cmp::Reverse;
 use std::collections::HashSet;
+use std::sync::LazyLock;
 
 use minijinja::value::{Serde, merge_maps};
 use minijinja::{Value as Values, context};
@@ -11,7 +12,7 @@ use crate::measurement::dataset::ON_REQUEST;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::problem::{Finding, Policy, Severity, refutes};
-use crate::words;
+use crate::words::Sentences;
 
 /// Part of all shots: with fewer used, those that were left out may be the rule.
 const FEW_USED: f64 = 0.6;
@@ -32,7 +33,7 @@ const WORTH_SAYING: f64 = 2.0;
 const MIN_RESIDUAL: f64 = 1e-6;
 
 /// The words of every remark, by its kind.
-const WORDS: &str = include_str!("words.jinja");
+static WORDS: LazyLock<Sentences> = LazyLock::new(|| Sentences::of(include_str!("words.jinja")));
 
 /// Something to know of a fit: a finding of its problem, or what follows from its results.
 #[derive(Clone, Debug)]
@@ -52,7 +53,7 @@ impl Remark {
         let (kind, of_words) = name.split_once('/').unwrap_or((name, name));
         let numbers = merge_maps([values.clone(), beside]);
         let words = context! { kind => of_words, severity => Serde(severity), ..numbers };
-        let sentence = words::sentence(WORDS, words);
+        let sentence = WORDS.sentence(words);
         let values = context! { kind, ..values };
         (!sentence.is_empty()).then_some(Self { severity, values, sentence })
     }

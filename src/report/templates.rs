@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::ReportError;
-use crate::measurement::number::plain;
+use crate::measurement::number::{interval, plain};
 use crate::words::{self, symbol};
 
 /// Returns a document as text.
@@ -34,6 +34,10 @@ fn rendered(report: &str, macros: &str, escape: AutoEscape, values: Values) -> R
     // texts have no figures
     let mut environment = words::environment(UndefinedBehavior::Chainable)?;
     environment.set_auto_escape_callback(move |_| escape.clone());
+    environment
+        .add_filter("interval", |ends: Vec<f64>, error: Option<f64>| interval([ends[0], ends[1]], error));
+    environment.add_filter("direction", |velocity: Vec<f64>| velocity[1].atan2(velocity[0]).to_degrees());
+    environment.add_filter("signed", |value: f64, digits: usize| format!("{value:+.digits$}"));
     environment
         .add_filter("table", |rows: Values, columns: Values| Values::from(Serde(Table::of(rows, columns))));
     environment.add_filter("text_table", |rows: Values, columns: Values| Table::of(rows, columns).text("  "));
