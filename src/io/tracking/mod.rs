@@ -50,9 +50,11 @@ use crate::measurement::dataset::Tracks;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 
+#[cfg(feature = "report")]
 pub(super) use column_names::Column;
+#[cfg(feature = "report")]
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
-pub(super) use survey::Guess;
+#[cfg(feature = "report")]
 pub(crate) use survey::{Survey, survey};
 
 /// Least number of shots that a core gets at a time.
@@ -123,7 +125,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     }
     let mut lines = settings.notes.clone();
     lines.append(&mut notes.into_lines());
-    lines.extend(table.note());
+    lines.extend(table.note.clone());
     Tracks {
         left_out,
         notes: lines,
