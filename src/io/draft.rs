@@ -3,6 +3,7 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+use indexmap::IndexMap;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, Error, Value as Values, context};
 use toml::Value;
@@ -189,13 +190,11 @@ fn filled(values: Values) -> Result<String, Error> {
 
 /// Returns the names of the tracks of all files, each with the part of the time at which it moves.
 fn names<'a>(surveys: &[&'a Survey]) -> Vec<(&'a str, f64)> {
-    let mut names: Vec<(&str, f64)> = Vec::new();
+    let mut names = IndexMap::new();
     for (name, begin) in surveys.iter().flat_map(|survey| &survey.tracks) {
-        if !names.iter().any(|(known, _)| known == name) {
-            names.push((name, *begin));
-        }
+        names.entry(name.as_str()).or_insert(*begin);
     }
-    names
+    names.into_iter().collect()
 }
 
 /// Returns the frame rate that the times follow, and their unit if it is not seconds.

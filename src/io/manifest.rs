@@ -33,7 +33,7 @@ pub(crate) struct Manifest {
     pub(crate) files: Vec<PathBuf>,
     /// The discs, if the data are of discs (kind `tracks`).
     pub(crate) discs: Option<Discs>,
-    pub(crate) assume: Option<Assume>,
+    pub(crate) assume: StatedSpin,
     /// Settings of kind `tracks`.
     pub(crate) tracks: Option<TrackSettings>,
 }
@@ -55,22 +55,21 @@ worded! {
     pub fn name;
 }
 
-worded! {
-    #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
-    #[serde(rename_all = "kebab-case")]
-    pub(crate) enum Assume {
-        Stun = "stun",
-        NaturalRoll = "natural-roll",
-        Measured = "measured",
-        Unknown = "unknown",
-    }
-    pub(crate) fn name;
+/// Statement of dataset.toml, or of a row of a table, about the cue ball's spin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum StatedSpin {
+    Is(Spin),
+    /// The spin is said to be measured, without numbers.
+    Measured,
+    Unstated,
 }
 
-impl Assume {
-    /// Returns the spin, unless it is measured.
-    pub(crate) fn spin(self) -> Option<Spin> {
-        self.name().parse().ok()
+impl StatedSpin {
+    /// The words for it.
+    pub(crate) const WORDS: [&str; 4] = ["stun", "natural-roll", "measured", "unknown"];
+
+    pub(crate) fn named(word: &str) -> Option<Self> {
+        if word == "measured" { Some(Self::Measured) } else { word.parse().ok().map(Self::Is) }
     }
 }
 
@@ -104,7 +103,8 @@ pub(crate) struct Keys {
 #[derive(Default, Deserialize, JsonSchema)]
 struct SpinSection {
     /// `None` in a fresh draft; that it is missing is reported with the other problems.
-    assume: Option<Assume>,
+    #[schemars(extend("enum" = StatedSpin::WORDS))]
+    assume: Option<String>,
     /// Standard deviation of the side spin, as Rω_z/U, if it was not seen.
     #[schemars(range(min = 0, max = 1))]
     side_sd: Option<f64>,
@@ -125,13 +125,17 @@ impl Keys {
     /// Checks all keys, whose problems are added to those of the source.
     pub(crate) fn check(self, source: &Source) -> Manifest {
         self.check_name(source);
-        source.check_together();
+        for [_, keys, message] in source.rules("faults") {
+            source.wrong(&keys, message);
+        }
         let (cue, is_disc, files) = (self.ball.own, self.ball.shape == Shape::Disc, self.files(source));
         let inertia = if is_disc { DISC_INERTIA } else { INERTIA };
         let ball = cue.cue(self.object.as_ref());
         let object = self.object.filter(|_| !is_disc).map(|object| object.object(&cue, ball));
         source.add(&balls::faults(ball, object.map_or(ball, |object| object.ball), inertia));
         let discs = is_disc.then(|| self.discs());
+        // points on discs show their rotation
+        let unstated = if is_disc { StatedSpin::Is(Spin::Unknown) } else { StatedSpin::Unstated };
         let camera = self.camera.map(Camera::section).unwrap_or_default();
         let note = |[.., note]: [String; 3]| {
             let note = note.replace("{unweighed}", &UNWEIGHED.to_string());
@@ -165,8 +169,7 @@ impl Keys {
             dataset,
             kind: self.kind,
             files,
-            // points on discs show their rotation
-            assume: self.cue_spin.assume.or(discs.map(|_| Assume::Unknown)),
+            assume: self.cue_spin.assume.as_deref().and_then(StatedSpin::named).unwrap_or(unstated),
             discs,
             tracks: (self.kind == Kind::Tracks).then(|| tracks.checked(source)),
         }

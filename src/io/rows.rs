@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::FRAC_PI_2;
 
 use super::error::{did_you_mean, nearest, similarity};
-use super::manifest::{Assume, Kind};
+use super::manifest::{Kind, StatedSpin};
 use super::table::Table;
 use crate::measurement::dataset::{Before, Measured, Measurement, Shot};
 use crate::measurement::fault::{Condition, FINITE, Fault, POSITIVE};
@@ -156,7 +156,7 @@ impl<'t> Rows<'t> {
 
     /// Returns the statement of each row about the cue ball's spin, or else of dataset.toml; `None`
     /// for a wrong one.
-    pub(crate) fn spins(&self, columns: [&str; 3], assume: Option<Assume>) -> Vec<Option<StatedSpin>> {
+    pub(crate) fn spins(&self, columns: [&str; 3], assume: StatedSpin) -> Vec<Option<StatedSpin>> {
         let missing: Vec<&str> = columns.into_iter().filter(|column| !self.table.has(column)).collect();
         if (1..3).contains(&missing.len()) {
             for column in missing {
@@ -169,27 +169,25 @@ impl<'t> Rows<'t> {
         (0..self.table.rows()).map(|row| self.spin(row, columns, assume)).collect()
     }
 
-    fn spin(&self, row: usize, columns: [&str; 3], assume: Option<Assume>) -> Option<StatedSpin> {
+    fn spin(&self, row: usize, columns: [&str; 3], assume: StatedSpin) -> Option<StatedSpin> {
         let word = self.table.text("cue_spin", row);
-        let is_word = |one: &Assume| word.is_some_and(|word| one.name().eq_ignore_ascii_case(word));
-        let known = Assume::ALL.into_iter().find(is_word);
+        let known = word.and_then(|word| StatedSpin::named(&word.to_lowercase()));
         let empty: Vec<&str> = columns.into_iter().filter(|column| self.table.is_gap(column, row)).collect();
         let (column, message) = match (empty.as_slice(), word, known) {
             (_, Some(word), None) => {
-                let names = Assume::ALL.map(Assume::name);
-                let near = did_you_mean(word, names);
-                ("cue_spin", format!("\"{word}\" is not a spin{near}; expected {}", names.join(", ")))
+                let (near, words) = (did_you_mean(word, StatedSpin::WORDS), StatedSpin::WORDS.join(", "));
+                ("cue_spin", format!("\"{word}\" is not a spin{near}; expected {words}"))
             }
-            ([], _, None | Some(Assume::Measured)) => {
+            ([], _, None | Some(StatedSpin::Measured)) => {
                 let [Some(x), Some(y), Some(z)] = columns.map(|column| self.at(column, row)) else {
                     return None;
                 };
                 let spin = Vec3::new(x.value, y.value, z.value);
                 return Some(StatedSpin::Is(Spin::Measured { spin, sd: [x.sd, y.sd, z.sd] }));
             }
-            ([_, _, _], ..) => return Some(StatedSpin::of(known.or(assume))),
-            ([], _, Some(word)) => {
-                let (word, all) = (word.name(), columns.join(", "));
+            ([_, _, _], ..) => return Some(known.unwrap_or(assume)),
+            ([], word, _) => {
+                let (word, all) = (word.unwrap_or_default(), columns.join(", "));
                 ("cue_spin", format!("\"{word}\", but {all} have values; expected only one"))
             }
             ([first, ..], ..) => {
@@ -203,21 +201,6 @@ impl<'t> Rows<'t> {
 
 /// Columns of a measured spin, rad/s.
 pub(crate) const OMEGA: [&str; 3] = ["omega_x", "omega_y", "omega_z"];
-
-/// Statement of a row, or else of dataset.toml, about the cue ball's spin.
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) enum StatedSpin {
-    Is(Spin),
-    /// The spin is said to be measured, but the row has no numbers.
-    Measured,
-    Unstated,
-}
-
-impl StatedSpin {
-    pub(crate) fn of(assume: Option<Assume>) -> Self {
-        assume.map_or(Self::Unstated, |assume| assume.spin().map_or(Self::Measured, Self::Is))
-    }
-}
 
 const CUT: Condition = (|x| x.abs() < FRAC_PI_2, "degrees, more than -90 and less than 90");
 
@@ -235,7 +218,7 @@ const REQUIRED_OF_IMPACTS: &str =
 pub(crate) fn shots(
     table: &Table,
     kind: Kind,
-    assume: Option<Assume>,
+    assume: StatedSpin,
     by: Option<&str>,
 ) -> (Vec<Shot>, Option<String>) {
     let (before, required, omega, observables): (&[Column], _, _, &[Observable]) = match kind {

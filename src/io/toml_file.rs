@@ -19,12 +19,11 @@ use super::table::read_utf8;
 use crate::measurement::fault::Fault;
 
 /// Types of a schema with the types of TOML that fit them, and their words.
-const TYPES: [(&str, &str, &str); 7] = [
+const TYPES: [(&str, &str, &str); 6] = [
     ("number", "float", "a number without quotation marks"),
     ("number", "integer", "a number without quotation marks"),
     ("integer", "integer", "a whole number"),
     ("string", "string", "text in quotation marks"),
-    ("boolean", "boolean", "true or false"),
     ("array", "array", ""),
     ("object", "table", ""),
 ];
@@ -123,13 +122,6 @@ impl<'a> Source<'a> {
             let names = fault.key.split('.').filter(|name| name.parse::<usize>().is_err());
             let key = names.collect::<Vec<_>>().join(".");
             self.wrong(&fault.key, Fault { key, ..fault.clone() }.to_string());
-        }
-    }
-
-    /// Adds what does not go together by the rules of rules.toml.
-    pub(crate) fn check_together(&self) {
-        for [_, keys, message] in self.rules("faults") {
-            self.wrong(&keys, message);
         }
     }
 

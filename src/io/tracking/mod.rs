@@ -43,8 +43,7 @@ use units::Unit;
 
 use super::check_unique;
 use super::error::Problems;
-use super::manifest::Manifest;
-use super::rows::StatedSpin;
+use super::manifest::{Manifest, StatedSpin};
 use super::toml_file::Source;
 use crate::measurement::dataset::Tracks;
 use crate::measurement::spin::Spin;
@@ -99,7 +98,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     let are_whole = problems.is_empty();
     names::pair(&mut shots, settings, &notes);
     table.name_by_file(&mut shots);
-    if settings.has_unknown_rate() && table.has_rates() {
+    if settings.video.has_unknown_rate() && table.has_rates() {
         let message = "[video] capture_fps is \"unknown\", but the table of shots states capture_fps; expected it for all \
                        shots or for none";
         problems.add(path, None, None, message);

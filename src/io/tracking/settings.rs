@@ -162,10 +162,6 @@ impl TrackSettings {
         self.video.capture_fps.map(|rate| rate.number().unwrap_or(1.0))
     }
 
-    pub(crate) fn has_unknown_rate(&self) -> bool {
-        self.video.has_unknown_rate()
-    }
-
     /// Returns the relative standard deviation of the frame rate.
     pub(super) fn rate_sd(&self) -> Option<f64> {
         Some(self.video.capture_fps_sd? / self.fps()?)

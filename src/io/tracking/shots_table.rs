@@ -9,8 +9,8 @@ use super::input::quoted;
 use super::raw::RawShot;
 use super::settings::{NAMED, Names, TrackSettings};
 use crate::io::error::{Problems, did_you_mean};
-use crate::io::manifest::Assume;
-use crate::io::rows::{OMEGA, Rows, StatedSpin};
+use crate::io::manifest::StatedSpin;
+use crate::io::rows::{OMEGA, Rows};
 use crate::io::table::Table;
 use crate::measurement::fault::{FINITE, POSITIVE};
 use crate::measurement::spin::Spin;
@@ -73,16 +73,15 @@ struct ShotRow {
 }
 
 impl<'a> ShotsTable<'a> {
-    pub(super) fn read(path: Option<&Path>, assume: Option<Assume>, problems: &'a Problems) -> Self {
+    pub(super) fn read(path: Option<&Path>, assumed: StatedSpin, problems: &'a Problems) -> Self {
         let table = path.and_then(|path| Table::read(path, problems));
         let path = path.map(Path::to_path_buf).unwrap_or_default();
-        let assumed = StatedSpin::of(assume);
         let mut all = Self { path, problems, rows: IndexMap::new(), assumed, labels: Vec::new(), note: None };
         let Some(table) = table else { return all };
         let columns =
             OMEGA.map(|name| (name, 1.0, FINITE)).into_iter().chain([("capture_fps", 1.0, POSITIVE)]);
         let rows = Rows::read(&table, &KNOWN, columns, "shot");
-        let spins = rows.spins(OMEGA, assume);
+        let spins = rows.spins(OMEGA, assumed);
         all.labels = rows.labels().map(str::to_string).collect();
         all.note = rows.note(None);
         for row in 0..table.rows() {
