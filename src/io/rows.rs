@@ -113,7 +113,8 @@ impl<'t> Rows<'t> {
     /// Notes which columns are kept as labels, except that of a name.
     pub(crate) fn note(&self, except: Option<&str>) -> Option<String> {
         let labels = self.labels().filter(|label| Some(*label) != except);
-        let named: Vec<String> = labels.map(|label| format!("\"{label}\"")).collect();
+        let mut named: Vec<String> = labels.map(|label| format!("\"{label}\"")).collect();
+        named.sort_unstable();
         let are = if named.len() == 1 { "column" } else { "columns" };
         let (path, named) = (self.table.path.display(), named.join(", "));
         let note = format!("{path}: {are} kept as labels, not read as measurements: {named}");

@@ -59,7 +59,9 @@ pub(crate) struct Source<'a> {
 impl<'a> Source<'a> {
     /// Returns a text with its tree; the errors of its syntax are problems.
     pub(crate) fn new(path: &'a Path, text: &'a str, problems: &'a Problems) -> Self {
-        let (table, errors) = DeTable::parse_recoverable(text);
+        let (table, mut errors) = DeTable::parse_recoverable(text);
+        // later ones may be consequences of the first
+        errors.sort_by_key(|error| error.span().map(|span| span.start));
         let source = Self { path, problems, text, table };
         for error in errors {
             let span = error.span().unwrap_or_default();
