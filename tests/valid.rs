@@ -185,8 +185,8 @@ fn names_are_read_back() {
     for (sections, expected) in [
         ("ball = { radius_m = 0 }", "SPEC.toml:7: column 29: ball.radius_m is 0; expected more than 0"),
         ("camera = { after_ms = 1e9 }", "camera.after_ms is 1000000000, which is 1000000000 frames"),
-        ("camera = { markers = 101 }", "camera.markers is 101; expected 0 to 100"),
-        ("cloth = { mu_k = nan }", "cloth.mu_k is NaN; expected 0 or more"),
+        ("camera = { markers = 101 }", "camera.markers is 101; expected at least 0, at most 100"),
+        ("cloth = { mu_k = nan }", "cloth.mu_k is nan; expected at least 0"),
     ] {
         let error = (film.to_owned() + sections).parse::<Spec>().unwrap_err().to_string();
         assert!(error.contains(expected), "{error}\nlacks {expected}");

@@ -20,7 +20,7 @@ use crate::physics::ball::Ball;
 use crate::physics::cloth_motion::Cloth;
 use crate::physics::collision::{Coefficients, Fidelity, Model, NotACollision};
 use crate::problem::Id;
-use crate::simulate::Camera;
+use crate::simulate::{Camera, MAX_SHOTS};
 use information::Information;
 
 pub(crate) use plan::FewestShots;
@@ -65,13 +65,15 @@ impl Expected {
 
 /// A kind of shot, spread evenly over its ranges: section `[[kind]]`.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema, PartialEq)]
-#[serde(deny_unknown_fields, default, expecting = "a table, as in [[kind]] name = \"thin rolls\"")]
+#[serde(default)]
 pub(crate) struct PlayedKind {
     /// Its name.
     pub(crate) name: String,
     /// Range of the topspin, in parts of natural roll; draw is negative.
+    #[schemars(inner(range(min = -2, max = 2)))]
     pub(crate) topspin: [f64; 2],
     /// Side spin, in parts of natural roll; with positive cuts negative is outside spin.
+    #[schemars(range(min = -2, max = 2))]
     pub(crate) side: f64,
     /// How the spin is known. `None`: roll and stun as played, other spins without side by their
     /// motion, side spin by markers.
@@ -84,6 +86,7 @@ pub(crate) struct PlayedKind {
     /// Range of the cut angle, degrees.
     pub(crate) cut_deg: [f64; 2],
     /// Number of shots that are planned.
+    #[schemars(range(min = 1, max = MAX_SHOTS))]
     pub(crate) shots: usize,
 }
 

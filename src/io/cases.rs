@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::DatasetError;
 use super::error::Problems;
-use super::rows::{self, Numbers};
+use super::rows::Rows;
 use super::table::Table;
 use crate::measurement::fault::FINITE;
 use crate::physics::ball::{BallState, Vec3};
@@ -88,13 +88,11 @@ pub(crate) fn collide_all(
 ) -> Result<Vec<Computed>, DatasetError> {
     let problems = Problems::new(format!("the cases {} cannot be computed:", path.display()));
     let Some(table) = Table::read(path, &problems) else { return Err(problems.into_error()) };
-    let columns = NUMBERS.split(' ').chain(OPTIONAL);
-    let known: Vec<&str> = columns.clone().chain(["name"]).collect();
-    rows::check_names(&table, &known, &format!("name {NUMBERS}"));
-    let numbers = Numbers::read(&table, columns.map(|name| (name, 1.0, FINITE)));
+    let columns = NUMBERS.split(' ').chain(OPTIONAL).map(|name| (name, 1.0, FINITE));
+    let rows = Rows::read(&table, &["name"], columns, &format!("name {NUMBERS}"));
     let mut collided = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {
-        let at = |column| numbers.at(column, row).map(|number| number.value);
+        let at = |column| rows.at(column, row).map(|number| number.value);
         let cells: Vec<f64> = NUMBERS.split(' ').filter_map(at).collect();
         let [speed, cut_deg, x, y, z, mu, mu_s, e, radius] = cells[..] else { continue };
         let name = table.text("name", row).unwrap_or_default();

@@ -1,7 +1,11 @@
 //! CSV files → a commented dataset.toml from a template, with blanks for what the files do not show.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+use indexmap::IndexMap;
+use minijinja::syntax::SyntaxConfig;
+use minijinja::{Environment, Error, Value as Values, context};
 use toml::Value;
 
 use super::Survey;
@@ -9,13 +13,12 @@ use super::draft_files::{Seen, is_shots_table, listed, look_at, refused};
 use super::error::Problem;
 use super::text::{decode, filled_lines};
 use super::tracking::shots_table::KNOWN;
-use super::tracking::{Column, Guess, metres};
+use super::tracking::{Column, metres};
 use crate::measurement::number::count_of;
 
-/// Parts of a dataset.toml, each below a line with @ and its name; words in braces are filled in. A
-/// line behind > is a finding. A key behind # is to be stated by the user, who must do so if its
-/// comment says FILL IN.
-const TEMPLATE: &str = include_str!("draft.toml");
+/// The dataset.toml. A comment behind a tab is aligned; a line behind > is a finding. A key behind #
+/// is to be stated by the user, who must do so if its comment says FILL IN.
+const TEMPLATE: &str = include_str!("draft.jinja");
 
 /// Name of the table of properties of single shots.
 const SHOTS: &str = "shots.csv";
@@ -36,9 +39,6 @@ const BALLS: [(&str, f64); 4] =
     [("pyramid", 0.034), ("carom", 0.03075), ("pool", 0.028_575), ("snooker", 0.02625)];
 /// Largest ratio of a diameter to the distance of centres that noise explains.
 const NEARER: f64 = 1.02;
-
-/// Remark on the size of a box if names do not show whether x and y are a corner or the middle.
-const DOUBT: &str = "of a box: take the # away, from both, if x and y are its corner, and not its middle";
 
 /// A dataset.toml that was drafted.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -67,25 +67,15 @@ fn toml(value: impl Into<Value>) -> String {
 }
 
 impl Draft {
-    /// Adds a part of the template with the words that stand for names in braces.
-    fn add(&mut self, part: &str, words: &[(&str, &str)]) {
-        let fill = |text: &str| {
-            let fill = |text: String, (name, word): &(&str, &str)| text.replace(&format!("{{{name}}}"), word);
-            words.iter().fold(text.to_owned(), fill)
-        };
-        let parts = TEMPLATE.split('@').filter_map(|text| text.split_once('\n'));
-        for line in parts.filter(|(name, _)| *name == part).flat_map(|(_, text)| text.lines()) {
-            match (line.strip_prefix("> "), line.split_once(" # ")) {
-                (Some(finding), _) => self.found.push(fill(finding)),
-                (_, Some((line, comment))) => self.push(&fill(line.trim_end()), &fill(comment)),
-                _ => self.lines.push(fill(line)),
+    /// Adds a filled template.
+    fn add(&mut self, text: &str) {
+        for line in text.lines() {
+            match (line.strip_prefix("> "), line.split_once("\t# ")) {
+                (Some(finding), _) => self.found.push(finding.to_owned()),
+                (_, Some((line, comment))) => self.lines.push(format!("{line:<28} # {comment}")),
+                _ => self.lines.push(line.to_owned()),
             }
         }
-    }
-
-    /// Adds a line with a comment.
-    fn push(&mut self, line: &str, comment: &str) {
-        self.lines.push(format!("{line:<28} # {comment}"));
     }
 
     /// Returns the text of the dataset.toml.
@@ -166,53 +156,45 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
     let relative = seen.iter().map(|Seen { file, .. }| {
         file.strip_prefix(&draft.folder).unwrap_or(file).to_string_lossy().replace('\\', "/")
     });
-    let relative = toml(relative.collect::<Vec<String>>());
-    draft.add("top", &[("name", &toml(name)), ("kind", &toml(first.kind)), ("files", &relative)]);
     let surveys: Vec<&Survey> = seen.iter().filter_map(|seen| seen.survey.as_ref()).collect();
     let tracks = names(&surveys);
     draft.tracks = tracks.iter().map(|(name, _)| (*name).to_owned()).collect();
     draft.follows = surveys.first().and_then(|first| times(first).0);
     draft.are_discs = surveys.first().is_some_and(|first| first.are_discs);
-    let (is_film, lengths) = (first.kind == "tracks", Lengths::of(&surveys));
-    lengths.describe_balls(&mut draft);
-    if is_film && !draft.are_discs {
-        draft.add("filmed balls", &[]);
-    }
-    if !draft.are_discs && !first.has_spins {
-        draft.add("spin", &[]);
-    }
-    if !is_film {
-        return Ok(draft);
-    }
-    let stated = surveys.first().and_then(|first| first.stated_fps).map(|fps| fps.to_string());
-    let follows = draft.follows.map(|fps| ((1e4 * fps).round() / 1e4).to_string());
-    match (stated, follows) {
-        (Some(fps), _) => draft.add("stated rate", &[("fps", &fps)]),
-        (None, Some(fps)) => draft.add("rate of the times", &[("fps", &fps)]),
-        (None, None) => draft.add("rate", &[]),
-    }
-    lengths.describe_unit(&mut draft);
-    if let [first, ..] = surveys[..] {
-        describe_tracks(first, &tracks, &surveys, &mut draft);
-    } else {
-        describe_unknown(&first.file, &mut draft);
-    }
-    if let Some(table) = table {
-        draft.add("table of shots", &[("table", &table.display().to_string())]);
-        draft.set("shots", table.file_name().unwrap_or_default().to_string_lossy().into_owned());
-    }
+    let values = context! {
+        name => toml(name),
+        kind => toml(first.kind),
+        files => toml(relative.collect::<Vec<String>>()),
+        is_film => first.kind == "tracks",
+        are_discs => draft.are_discs,
+        has_spins => first.has_spins,
+        stated_fps => surveys.first().and_then(|first| first.stated_fps).map(|fps| fps.to_string()),
+        fps => draft.follows.map(|fps| ((1e4 * fps).round() / 1e4).to_string()),
+        file => first.file.display().to_string(),
+        lines => if surveys.is_empty() { first_lines(&first.file) } else { Vec::new() },
+        table => table.as_ref().map(|table| table.display().to_string()),
+        table_name => table.as_deref().and_then(Path::file_name).and_then(OsStr::to_str).map(toml),
+        columns_of_shots => KNOWN[1..].join(", "),
+        ..context! { ..lengths(&surveys, draft.are_discs), ..tracks_of(&surveys, &tracks) }
+    };
+    draft.add(&filled(values).unwrap_or_else(|error| error.to_string()));
     Ok(draft)
+}
+
+/// Returns the template with values for its names.
+fn filled(values: Values) -> Result<String, Error> {
+    let mut environment = Environment::new();
+    environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
+    environment.render_str(TEMPLATE, values)
 }
 
 /// Returns the names of the tracks of all files, each with the part of the time at which it moves.
 fn names<'a>(surveys: &[&'a Survey]) -> Vec<(&'a str, f64)> {
-    let mut names: Vec<(&str, f64)> = Vec::new();
+    let mut names = IndexMap::new();
     for (name, begin) in surveys.iter().flat_map(|survey| &survey.tracks) {
-        if !names.iter().any(|(known, _)| known == name) {
-            names.push((name, *begin));
-        }
+        names.entry(name.as_str()).or_insert(*begin);
     }
-    names
+    names.into_iter().collect()
 }
 
 /// Returns the frame rate that the times follow, and their unit if it is not seconds.
@@ -225,152 +207,88 @@ fn times(survey: &Survey) -> (Option<f64>, Option<&'static str>) {
     }
 }
 
-/// The lengths in the files.
-struct Lengths {
-    extent: f64,
-    /// Least distance of the centres of two balls; infinite without balls.
-    nearest: f64,
-    stated: Option<&'static str>,
-    /// The unit, stated or metres by the extent and the contact of balls.
-    unit: Option<&'static str>,
-}
-
-impl Lengths {
-    fn of(surveys: &[&Survey]) -> Self {
-        let extent = surveys.iter().map(|survey| survey.extent).fold(0.0, f64::max);
-        let nearest = surveys.iter().filter_map(|survey| survey.closest).fold(f64::INFINITY, f64::min);
-        let are_discs = surveys.iter().any(|survey| survey.are_discs);
-        let may_touch = are_discs || nearest.is_infinite() || DIAMETERS.contains(&nearest);
-        let stated = surveys.first().and_then(|first| first.unit);
-        let unit = stated.or((METRES.contains(&extent) && may_touch).then_some("m"));
-        Self { extent, nearest, stated, unit }
-    }
-
-    /// Drafts the radius: at most half of the least distance of the centres, if the scale is known.
-    fn describe_balls(&self, draft: &mut Draft) {
-        let nearest = self.unit.and_then(metres).map(|metres| metres * self.nearest);
-        let nearest = nearest.filter(|nearest| *nearest < DIAMETERS.end).unwrap_or(0.0);
-        let near = format!("{:.1}", 1e3 * nearest);
-        match BALLS.iter().find(|(_, radius)| *radius <= 0.5 * NEARER * nearest) {
-            _ if draft.are_discs => draft.add("discs", &[]),
-            Some((ball, radius)) => {
-                let radius = radius.to_string();
-                draft.add("balls", &[("ball", ball), ("radius", &radius), ("nearest", &near)]);
-            }
-            None => draft.add("pool balls", &[]),
-        }
-        draft.add("mass", &[]);
-    }
-
-    fn describe_unit(&self, draft: &mut Draft) {
-        let words = [format!("{:.3}", self.extent), format!("{:.4}", self.nearest)];
-        let words = [("extent", words[0].as_str()), ("nearest", words[1].as_str())];
-        match (self.stated, self.unit) {
-            (Some(unit), _) => draft.add("stated unit", &[("unit", unit)]),
-            (None, Some(_)) => draft.add("metres", &words),
-            (None, None) => draft.add("unit", &words),
-        }
-        if self.unit.is_none() && METRES.contains(&self.extent) {
-            draft.add("no metres", &words);
-        }
-        draft.add("axis", &[]);
+/// Returns the extent of positions, their unit if it is stated or plausible, and the balls: the
+/// largest whose diameter is at most the least distance of the centres, if the scale is known.
+fn lengths(surveys: &[&Survey], are_discs: bool) -> Values {
+    let extent = surveys.iter().map(|survey| survey.extent).fold(0.0, f64::max);
+    let nearest = surveys.iter().filter_map(|survey| survey.closest).fold(f64::INFINITY, f64::min);
+    let may_touch = are_discs || nearest.is_infinite() || DIAMETERS.contains(&nearest);
+    let stated_unit = surveys.first().and_then(|first| first.unit);
+    let unit = stated_unit.or((METRES.contains(&extent) && may_touch).then_some("m"));
+    let diameter = unit.and_then(metres).map(|metres| metres * nearest);
+    let diameter = diameter.filter(|nearest| *nearest < DIAMETERS.end).unwrap_or(0.0);
+    let ball = BALLS.iter().find(|(_, radius)| *radius <= 0.5 * NEARER * diameter);
+    context! {
+        extent => format!("{extent:.3}"),
+        is_table_sized => METRES.contains(&extent),
+        nearest => format!("{nearest:.4}"),
+        nearest_mm => format!("{:.1}", 1e3 * diameter),
+        stated_unit,
+        unit,
+        ball => ball.map(|(name, _)| *name),
+        radius => ball.map(|(_, radius)| radius.to_string()),
     }
 }
 
-fn describe_tracks(first: &Survey, tracks: &[(&str, f64)], surveys: &[&Survey], draft: &mut Draft) {
-    /// Maximum number of problems shown.
-    const MAX_PROBLEMS: usize = 3;
-    let shots = surveys.iter().map(|survey| survey.shots).sum();
+/// Returns the format of tracks, which ball is the cue ball, and guessed columns. Columns are
+/// exchanged if those named object belong to the ball that moves first.
+fn tracks_of(surveys: &[&Survey], tracks: &[(&str, f64)]) -> Values {
+    let Some(first) = surveys.first() else { return Values::UNDEFINED };
+    let columns = &first.guess.columns;
     let is_single = |survey: &&Survey| survey.tracks.len() == 1 && survey.shots == 1;
     let shots = if surveys.len() > 1 && surveys.iter().all(is_single) {
         "one ball each: two whose names differ by the ball only (kick-A.txt, kick-B.txt) are a shot"
             .to_owned()
     } else {
-        count_of(shots, "shot")
+        count_of(surveys.iter().map(|survey| survey.shots).sum(), "shot")
     };
-    let (count, is_known) = (count_of(surveys.len(), "file"), first.guess.columns.is_empty());
-    let layout = if is_known { "auto" } else { "columns" };
-    let words = [("count", count.as_str()), ("format", first.format), ("shots", &shots), ("layout", layout)];
-    draft.add("format", &words);
-    if let Some(unit) = times(first).1 {
-        draft.add("time unit", &[("unit", unit)]);
-    }
-    let mut are_exchanged = false;
-    if first.are_discs && is_known {
-        draft.add("any disc", &[]);
-    } else {
-        are_exchanged = describe_balls(tracks, &first.guess, draft);
-    }
-    draft.add("shots", &[("columns", &KNOWN[1..].join(", "))]);
-    if !is_known {
-        describe_columns(&first.guess, are_exchanged, draft);
-    }
-    let problems: Vec<&String> = surveys.iter().flat_map(|survey| &survey.problems).collect();
-    if !problems.is_empty() {
-        draft.add("faults", &[("count", &problems.len().to_string())]);
-        draft.found.extend(problems.iter().take(MAX_PROBLEMS).map(|problem| format!("  {problem}")));
-    }
-}
-
-/// Names both balls; returns whether their columns must be exchanged, since object_x moves first.
-fn describe_balls(tracks: &[(&str, f64)], guess: &Guess, draft: &mut Draft) -> bool {
-    let listed: Vec<String> = tracks.iter().map(|(name, _)| format!("\"{name}\"")).collect();
-    let listed = listed.join(", ");
-    draft.add("tracks", &[("tracks", &listed)]);
     let order = match tracks {
         [a, b] if a.1 + EARLIER < b.1 => Some([a.0, b.0]),
         [a, b] if b.1 + EARLIER < a.1 => Some([b.0, a.0]),
         _ => None,
     };
     // a table with a row per frame names the balls by its columns
-    let column = order.and_then(|[cue, _]| guess.columns.get(&format!("{cue}_x"))).map(Column::shown);
-    match (order, column) {
-        (Some([cue, _]), Some(column)) => {
-            // names such as cue and object are believed
-            let is_believed = cue != "cue" && column.contains("obj");
-            let so = if is_believed { "exchange cue and object below if it is" } else { "and so is" };
-            draft.add("column moves first", &[("column", &column), ("so", so)]);
-            return cue != "cue" && !is_believed;
-        }
-        (Some([cue, object]), None) => {
-            draft.add("moves first", &[("cue", &toml(cue)), ("object", &toml(object))]);
-        }
-        (None, _) if guess.columns.contains_key("cue_x") => draft.add("undecided columns", &[]),
-        (None, _) => draft.add("undecided", &[("tracks", &listed)]),
-    }
-    false
-}
-
-fn describe_columns(guess: &Guess, are_exchanged: bool, draft: &mut Draft) {
-    draft.add("columns", &[]);
-    for (key, column) in &guess.columns {
+    let first_column = order.and_then(|[cue, _]| columns.get(&format!("{cue}_x"))).map(Column::shown);
+    // names such as cue and object are believed
+    let is_other = order.is_some_and(|[cue, _]| cue != "cue");
+    let is_believed = is_other && first_column.as_ref().is_some_and(|column| column.contains("obj"));
+    let are_exchanged = is_other && first_column.is_some() && !is_believed;
+    let line = |(key, column): (&String, &Column)| {
         // the keys in the same order, with the columns of the other ball
         let other = match key.split_once('_') {
-            Some(("cue", rest)) if are_exchanged => guess.columns.get(&format!("object_{rest}")),
-            Some(("object", rest)) if are_exchanged => guess.columns.get(&format!("cue_{rest}")),
+            Some(("cue", rest)) if are_exchanged => columns.get(&format!("object_{rest}")),
+            Some(("object", rest)) if are_exchanged => columns.get(&format!("cue_{rest}")),
             _ => None,
         };
         let line = format!("{key} = {}", other.unwrap_or(column).shown());
-        if guess.is_doubtful(key) {
-            draft.push(&format!("# {line}"), DOUBT);
-        } else {
-            draft.lines.push(line);
-        }
+        context! { line, is_doubtful => first.guess.is_doubtful(key) }
+    };
+    let listed: Vec<String> = tracks.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+    context! {
+        count => count_of(surveys.len(), "file"),
+        format => first.format,
+        shots,
+        layout => if columns.is_empty() { "auto" } else { "columns" },
+        time_unit => times(first).1,
+        tracks => listed.join(", "),
+        first_column,
+        is_believed,
+        cue => order.map(|[cue, _]| toml(cue)),
+        object => order.map(|[_, object]| toml(object)),
+        has_wide_columns => columns.contains_key("cue_x"),
+        columns => columns.iter().map(line).collect::<Vec<Values>>(),
+        faults => surveys.iter().flat_map(|survey| &survey.problems).cloned().collect::<Vec<String>>(),
     }
 }
 
-/// Shows the first lines of a table in no known format, and asks for the meaning of its columns.
-fn describe_unknown(file: &Path, draft: &mut Draft) {
-    /// Maximum number of lines shown, and of characters of each.
+/// Returns the first lines of a table in no known format, shortened.
+fn first_lines(file: &Path) -> Vec<String> {
     const MAX_LINES: usize = 6;
     const MAX_CHARACTERS: usize = 160;
-    draft.add("no format", &[("file", &file.display().to_string())]);
-    draft.add("shots", &[("columns", &KNOWN[1..].join(", "))]);
-    draft.add("lines", &[]);
     let bytes = std::fs::read(file).unwrap_or_default();
-    for (_, line) in filled_lines(&decode(&bytes).0).take(MAX_LINES) {
+    let shortened = |(_, line): (usize, &str)| {
         let short: String = line.chars().take(MAX_CHARACTERS).collect();
-        draft.lines.push(format!("#   {short}{}", if short.len() < line.len() { "…" } else { "" }));
-    }
-    draft.add("unknown columns", &[]);
+        format!("{short}{}", if short.len() < line.len() { "…" } else { "" })
+    };
+    filled_lines(&decode(&bytes).0).take(MAX_LINES).map(shortened).collect()
 }

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use glob::{MatchOptions, Pattern, glob_with};
+
 use super::error::Problem;
 use super::table::separator;
 use super::text::{Separator, decode, filled_lines, trimmed, without_separator_line};
@@ -15,9 +17,6 @@ const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
 /// Endings of files considered if tables are missing; ImageJ calls its tables .xls, OpenSim .trc,
 /// Tracker its projects .trk and .trz.
 const OTHER_ENDINGS: [&str; 5] = ["json", "xls", "trc", "trk", "trz"];
-
-/// Maximum depth below the named folder at which tables are searched for.
-const MAX_DEPTH: usize = 2;
 
 /// Least number of one-frame files that are not tables of shots, and maximum of boxes in each.
 const FRAMES: usize = 10;
@@ -41,10 +40,6 @@ pub(super) fn refused(file: &Path, message: impl Into<String>) -> Problem {
     Problem { file: file.to_path_buf(), line: None, column: None, message: message.into() }
 }
 
-fn unread(file: &Path, error: &std::io::Error) -> Problem {
-    refused(file, format!("cannot be read: {error}"))
-}
-
 /// Returns the files; a folder is replaced by its tables.
 pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, Problem> {
     let each = files.iter().map(|file| if file.is_dir() { tables(file) } else { Ok(vec![file.clone()]) });
@@ -65,29 +60,21 @@ pub(super) fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, Problem> {
     Ok(all)
 }
 
-/// Returns the tables in a folder or, if it lacks tables, in its subfolders, down to [`MAX_DEPTH`].
+/// Returns the tables in a folder or, if it lacks tables, in its subfolders, or in theirs.
 fn tables(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
-    let is_hidden =
-        |path: &Path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
-    let mut folders = vec![folder.to_path_buf()];
-    for _ in 0..=MAX_DEPTH {
-        let mut paths = Vec::new();
-        for folder in &folders {
-            let entries = folder.read_dir().map_err(|error| unread(folder, &error))?;
-            paths.extend(entries.flatten().map(|entry| entry.path()));
-        }
-        paths.sort();
+    let options =
+        MatchOptions { case_sensitive: false, require_literal_leading_dot: true, ..MatchOptions::new() };
+    let escaped = PathBuf::from(Pattern::escape(&folder.to_string_lossy()));
+    for depth in ["", "*/", "*/*/"] {
         for endings in [&TABLES[..], &OTHER_ENDINGS[..]] {
-            let is_table = |path: &&PathBuf| {
-                let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-                path.is_file() && endings.contains(&ending.as_str())
-            };
-            let tables: Vec<PathBuf> = paths.iter().filter(is_table).cloned().collect();
+            let patterns = endings.iter().map(|ending| escaped.join(format!("{depth}*.{ending}")));
+            let paths = patterns.flat_map(|pattern| glob_with(&pattern.to_string_lossy(), options));
+            let mut tables: Vec<PathBuf> = paths.flatten().flatten().filter(|path| path.is_file()).collect();
             if !tables.is_empty() {
+                tables.sort();
                 return Ok(tables);
             }
         }
-        folders = paths.into_iter().filter(|path| path.is_dir() && !is_hidden(path)).collect();
     }
     let message =
         "holds no table (a file that ends in .csv, .txt, .tsv or .dat); save a workbook's sheet as CSV";
@@ -150,7 +137,7 @@ pub(super) fn look_at(files: &[PathBuf], found: &mut Vec<String>) -> Result<Vec<
 }
 
 fn look(file: &Path) -> Result<Seen, Problem> {
-    let bytes = std::fs::read(file).map_err(|error| unread(file, &error))?;
+    let bytes = std::fs::read(file).map_err(|error| refused(file, format!("cannot be read: {error}")))?;
     let names = header(&bytes);
     let is_odd = |c: char| c == char::REPLACEMENT_CHARACTER || c.is_control();
     if is_tracker_project(file, &decode(&bytes).0) {

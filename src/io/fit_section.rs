@@ -9,7 +9,7 @@ use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Prior, Setting, Settings};
 
 #[derive(Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default, expecting = "a table, as in [fit] mu_s = { fixed = 0.3 }")]
+#[serde(default)]
 pub(crate) struct FitSection {
     mu: Option<SettingSection>,
     mu_s: Option<SettingSection>,
@@ -34,10 +34,7 @@ enum Friction {
 }
 
 #[derive(Default, Deserialize, JsonSchema)]
-#[serde(
-    deny_unknown_fields,
-    expecting = "a table, as in { initial = 0.05, upper = 0.5 } or { fixed = 0.05 }"
-)]
+#[schemars(extend("dependentRequired" = { "prior_mean": ["prior_sd"], "prior_sd": ["prior_mean"] }))]
 struct SettingSection {
     initial: Option<f64>,
     lower: Option<f64>,
@@ -89,23 +86,19 @@ impl SettingSection {
             fixed: self.fixed.is_some(),
             prior: prior.filter(|_| self.fixed.is_none()),
         };
-        let section = format!("fit.{}", parameter.name());
+        let name = parameter.name();
         for fault in setting.faults(parameter) {
             let key = format!("fit.{}", fault.key);
             let written = Some(source.written(&key)).filter(|text| !text.is_empty());
             let value = written.unwrap_or(&fault.value).to_owned();
             // a default may contradict the stated value
-            let keys = [&key, &format!("{section}.upper"), &section];
-            source.wrong_of_first(&keys.map(String::as_str), Fault { value, ..fault }.to_string());
+            source.wrong(&format!("{key} fit.{name}.upper"), Fault { value, ..fault }.to_string());
         }
-        let message = match (self.fixed, self.prior_mean, self.prior_sd) {
-            (_, None, None) | (None, Some(_), Some(_)) => return setting,
-            (None, ..) => "only one of prior_mean and prior_sd; expected both or none",
-            (Some(_), ..) => "fixed, so that its prior has no effect; expected only one of both",
-        };
-        let keys = ["prior_mean", "prior_sd"].map(|key| format!("{section}.{key}"));
-        source
-            .wrong_of_first(&keys.each_ref().map(String::as_str), format!("{}: {message}", parameter.name()));
+        if self.fixed.is_some() && prior.is_some() {
+            let message =
+                format!("{name}: fixed, so that its prior has no effect; expected only one of both");
+            source.wrong(&format!("fit.{name}.prior_mean"), message);
+        }
         setting
     }
 }

@@ -6,13 +6,13 @@ use indexmap::IndexSet;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::balls::{BallSection, Shape};
+use super::balls::{self, BallSection, CueSection, Shape};
 use super::fit_section::FitSection;
-use super::toml_file::{Rule, Source};
-use super::tracking::camera::{CameraSection, label_or_section, schema_of_camera};
+use super::toml_file::Source;
+use super::tracking::camera::Camera;
 use super::tracking::settings::{ScaleSection, TrackSettings, TracksSection, VideoSection};
 use crate::measurement::dataset::{Dataset, UNWEIGHED};
-use crate::measurement::fault::{Condition, POSITIVE};
+use crate::measurement::fault::{Condition, INERTIA};
 use crate::measurement::spin::Spin;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{POISSON, kappa};
@@ -22,12 +22,8 @@ use crate::physics::name::worded;
 /// Maximum length of a data set's name, bytes: with suffixes below the 255 of file systems.
 const MAX_NAME_BYTES: usize = 200;
 
-const SIDE_SPIN: Condition = (
-    |x| (0.0..=1.0).contains(&x),
-    "the standard deviation of the side spin times the radius over the speed, from 0 to 1",
-);
-
-const RULES: [Rule; 2] = [(SIDE_SPIN, "cue_spin.side_sd"), (POSITIVE, "cue_spin.topspin_sd table.tilt_sd")];
+/// The moment of inertia of a disc over MR².
+const DISC_INERTIA: Condition = (|x| x > 0.0 && x <= 1.0, "more than 0, at most 1 (a ring)");
 
 /// A checked dataset.toml.
 pub(crate) struct Manifest {
@@ -37,7 +33,7 @@ pub(crate) struct Manifest {
     pub(crate) files: Vec<PathBuf>,
     /// The discs, if the data are of discs (kind `tracks`).
     pub(crate) discs: Option<Discs>,
-    pub(crate) assume: Option<Assume>,
+    pub(crate) assume: StatedSpin,
     /// Settings of kind `tracks`.
     pub(crate) tracks: Option<TrackSettings>,
 }
@@ -59,28 +55,26 @@ worded! {
     pub fn name;
 }
 
-worded! {
-    #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
-    #[serde(rename_all = "kebab-case")]
-    pub(crate) enum Assume {
-        Stun = "stun",
-        NaturalRoll = "natural-roll",
-        Measured = "measured",
-        Unknown = "unknown",
-    }
-    pub(crate) fn name;
+/// Statement of dataset.toml, or of a row of a table, about the cue ball's spin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum StatedSpin {
+    Is(Spin),
+    /// The spin is said to be measured, without numbers.
+    Measured,
+    Unstated,
 }
 
-impl Assume {
-    /// Returns the spin, unless it is measured.
-    pub(crate) fn spin(self) -> Option<Spin> {
-        self.name().parse().ok()
+impl StatedSpin {
+    /// The words for it.
+    pub(crate) const WORDS: [&str; 4] = ["stun", "natural-roll", "measured", "unknown"];
+
+    pub(crate) fn named(word: &str) -> Option<Self> {
+        if word == "measured" { Some(Self::Measured) } else { word.parse().ok().map(Self::Is) }
     }
 }
 
 /// The keys of a dataset.toml.
 #[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, expecting = "the keys of a data set")]
 pub(crate) struct Keys {
     name: String,
     kind: Kind,
@@ -89,15 +83,13 @@ pub(crate) struct Keys {
     balls: Option<String>,
     source: Option<String>,
     #[serde(default)]
-    ball: BallSection,
+    ball: CueSection,
     object: Option<BallSection>,
     #[serde(default)]
     cue_spin: SpinSection,
     #[serde(default)]
     video: VideoSection,
-    #[serde(default, deserialize_with = "label_or_section")]
-    #[schemars(schema_with = "schema_of_camera")]
-    camera: CameraSection,
+    camera: Option<Camera>,
     #[serde(default)]
     table: TableSection,
     #[serde(default)]
@@ -109,51 +101,63 @@ pub(crate) struct Keys {
 }
 
 #[derive(Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, expecting = "a table, as in [cue_spin] assume = \"stun\"")]
 struct SpinSection {
     /// `None` in a fresh draft; that it is missing is reported with the other problems.
-    assume: Option<Assume>,
+    #[schemars(extend("enum" = StatedSpin::WORDS))]
+    assume: Option<String>,
     /// Standard deviation of the side spin, as Rω_z/U, if it was not seen.
+    #[schemars(range(min = 0, max = 1))]
     side_sd: Option<f64>,
     /// Standard deviation of the topspin that all shots stated as stun or natural roll share, as
     /// Rω/U.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     topspin_sd: Option<f64>,
 }
 
 #[derive(Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, expecting = "a table, as in [table] tilt_sd = 0.001")]
 struct TableSection {
     /// Standard deviation of the slope of the table, m/m.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     tilt_sd: Option<f64>,
 }
 
 impl Keys {
     /// Checks all keys, whose problems are added to those of the source.
     pub(crate) fn check(self, source: &Source) -> Manifest {
-        source.check(&RULES);
         self.check_name(source);
-        source.check_together("all");
+        for [_, keys, message] in source.rules("faults") {
+            source.wrong(&keys, message);
+        }
+        let (cue, is_disc, files) = (self.ball.own, self.ball.shape == Shape::Disc, self.files(source));
+        let inertia = if is_disc { DISC_INERTIA } else { INERTIA };
+        let ball = cue.cue(self.object.as_ref());
+        let object = self.object.filter(|_| !is_disc).map(|object| object.object(&cue, ball));
+        source.add(&balls::faults(ball, object.map_or(ball, |object| object.ball), inertia));
+        let discs = is_disc.then(|| self.discs());
+        // points on discs show their rotation
+        let unstated = if is_disc { StatedSpin::Is(Spin::Unknown) } else { StatedSpin::Unstated };
+        let camera = self.camera.map(Camera::section).unwrap_or_default();
         let note = |[.., note]: [String; 3]| {
             let note = note.replace("{unweighed}", &UNWEIGHED.to_string());
             note.replace("{radius}", &Ball::POOL.radius.to_string())
         };
-        let mut dataset = Dataset {
+        let dataset = Dataset {
             path: source.path.to_path_buf(),
-            taken: source.rules("notes").into_iter().map(note).collect(),
-            side_sd: self.cue_spin.side_sd.unwrap_or(0.0),
+            cloth: self.cloth,
+            balls: self.balls,
+            camera: camera.label.clone(),
+            source: self.source,
+            object,
             settings: self.fit.settings(kappa(self.ball.poisson.unwrap_or(POISSON)), source),
-            ..Dataset::new(&self.name, self.ball.cue(self.object.as_ref(), source), Vec::new())
+            loss: self.fit.loss,
+            by: self.fit.by,
+            side_sd: self.cue_spin.side_sd.unwrap_or(0.0),
+            taken: source.rules("notes").into_iter().map(note).collect(),
+            ..Dataset::new(self.name, ball, Vec::new())
         };
-        let (is_disc, files) = (self.ball.shape == Shape::Disc, self.files(source));
-        let object = self.object.filter(|_| !is_disc);
-        dataset.object = object.map(|object| object.object(&self.ball, dataset.ball, source));
-        let discs = is_disc.then(|| self.discs());
-        (dataset.cloth, dataset.balls, dataset.source) = (self.cloth, self.balls, self.source);
-        (dataset.loss, dataset.by) = (self.fit.loss, self.fit.by);
-        dataset.camera.clone_from(&self.camera.label);
         let tracks = TrackSettings {
             video: self.video,
-            camera: self.camera,
+            camera,
             scale: self.scale,
             tracks: self.tracks,
             tilt_sd: self.table.tilt_sd,
@@ -161,15 +165,13 @@ impl Keys {
             discs: is_disc,
             ..TrackSettings::default()
         };
-        let tracks = (self.kind == Kind::Tracks).then(|| tracks.checked(source));
         Manifest {
             dataset,
             kind: self.kind,
             files,
-            // points on discs show their rotation
-            assume: self.cue_spin.assume.or(discs.map(|_| Assume::Unknown)),
+            assume: self.cue_spin.assume.as_deref().and_then(StatedSpin::named).unwrap_or(unstated),
             discs,
-            tracks,
+            tracks: (self.kind == Kind::Tracks).then(|| tracks.checked(source)),
         }
     }
 
@@ -177,18 +179,19 @@ impl Keys {
         let name = self.name.as_str();
         let is_forbidden = |c: char| c == '/' || c == '\\' || c.is_control();
         let is_good = !["", ".", ".."].contains(&name) && name.trim() == name && !name.contains(is_forbidden);
-        let message = format!(
-            "name is {}; expected one that can name a folder, without slashes, control characters and blanks around it",
-            source.written("name")
-        );
-        source.wrong_if(!is_good, "name", &message);
-        let message = format!("name has {} bytes; expected at most {MAX_NAME_BYTES}", name.len());
-        source.wrong_if(is_good && name.len() > MAX_NAME_BYTES, "name", &message);
+        if !is_good || name.len() > MAX_NAME_BYTES {
+            let message = format!(
+                "name is {}; expected one that can name a folder: at most {MAX_NAME_BYTES} bytes, without slashes, control \
+                 characters and blanks around it",
+                source.written("name")
+            );
+            source.wrong("name", message);
+        }
     }
 
     /// Returns the discs that `[ball]` and `[object]` state.
     fn discs(&self) -> Discs {
-        let (first, second) = (self.ball, self.object.unwrap_or_default());
+        let (first, second) = (self.ball.own, self.object.unwrap_or_default());
         let pair = |first: Option<f64>, second: Option<f64>| first.map(|one| [one, second.unwrap_or(one)]);
         Discs {
             radii: pair(first.radius_m, second.radius_m),
@@ -204,8 +207,9 @@ impl Keys {
         let shown = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let escaped = PathBuf::from(glob::Pattern::escape(&folder.to_string_lossy()));
         let mut files = IndexSet::new();
-        let message = "files is empty; expected at least one, as in [\"shots.csv\"]";
-        source.wrong_if(self.files.is_empty(), "files", message);
+        if self.files.is_empty() {
+            source.wrong("files", "files is empty; expected at least one, as in [\"shots.csv\"]");
+        }
         for (place, text) in self.files.iter().enumerate() {
             let wrong = |message: String| source.wrong(&format!("files.{place}"), message);
             match glob::glob(&escaped.join(text).to_string_lossy()) {

@@ -3,7 +3,9 @@
 
 pub(crate) mod balls;
 pub(crate) mod cases;
+#[cfg(feature = "report")]
 pub(crate) mod draft;
+#[cfg(feature = "report")]
 mod draft_files;
 pub(crate) mod error;
 mod fit_section;
@@ -22,7 +24,6 @@ use std::path::Path;
 use error::{Problems, did_you_mean};
 use manifest::{Keys, Manifest};
 use schemars::Schema;
-use schemars::generate::SchemaSettings;
 use table::{Table, read_utf8};
 use toml_file::{Source, checked};
 
@@ -31,6 +32,7 @@ use crate::measurement::dataset::{Dataset, Shot};
 pub use error::{DatasetError, Problem};
 pub use manifest::Kind;
 pub use positions::positions;
+#[cfg(feature = "report")]
 pub(crate) use tracking::{Survey, survey};
 
 /// Loads a data set from a folder that holds a dataset.toml, or from the path of such a file.
@@ -60,7 +62,7 @@ pub(crate) fn load_text(text: &str, path: &Path) -> Result<Dataset, DatasetError
 /// Returns the JSON Schema (draft 2020-12) of dataset.toml, for editors that check it.
 #[must_use]
 pub fn schema() -> Schema {
-    SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<Keys>()
+    toml_file::schema::<Keys>()
 }
 
 /// Returns the data set with its shots or tracks; without them if dataset.toml has problems.
@@ -80,11 +82,9 @@ fn dataset(keys: Keys, source: &Source) -> Dataset {
         if let Some(by) = by {
             check_label(by, &table, source);
         }
-        let mut shots = rows::shots(&table, kind, assume, by);
-        let kept = shots.first().into_iter().flat_map(|shot| shot.labels.keys());
-        let kept: Vec<&String> = kept.filter(|label| by != Some(label.as_str())).collect();
-        dataset.taken.extend(rows::labels_note(&table.path, &kept));
+        let (mut shots, note) = rows::shots(&table, kind, assume, by);
         dataset.shots.append(&mut shots);
+        dataset.taken.extend(note);
     }
     let names = dataset.shots.iter().map(|shot| (shot.name.as_str(), shot.file.as_path(), shot.line));
     check_unique(names, "", source.problems);

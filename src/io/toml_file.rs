@@ -1,71 +1,113 @@
-//! TOML files, and all their problems in plain words, each with its place.
+//! TOML files, checked against the JSON Schema of their structs: all problems in plain words, each
+//! with its place.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
+use schemars::generate::SchemaSettings;
+use schemars::transform::RecursiveTransform;
+use schemars::{JsonSchema, Schema};
 use serde::de::DeserializeOwned;
-use toml::Value;
+use serde_json::Value as Json;
+use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{DatasetError, Problems, did_you_mean};
+use super::number::shortened;
 use super::table::read_utf8;
-use crate::measurement::fault::{Condition, Fault};
+use crate::measurement::fault::Fault;
 
-/// Maximum number of entries that are reported as wrong.
-const MAX_WRONG_ENTRIES: usize = 20;
+/// Types of a schema with the types of TOML that fit them, and their words.
+const TYPES: [(&str, &str, &str); 6] = [
+    ("number", "float", "a number without quotation marks"),
+    ("number", "integer", "a number without quotation marks"),
+    ("integer", "integer", "a whole number"),
+    ("string", "string", "text in quotation marks"),
+    ("array", "array", ""),
+    ("object", "table", ""),
+];
 
-/// A condition, and the keys of the numbers that are to meet it, with blanks between them.
-pub(crate) type Rule = (Condition, &'static str);
+/// A bound of numbers in a schema: its key, its words, and the relation of number and bound.
+struct Bound(&'static str, &'static str, fn(&f64, &f64) -> bool);
+
+const BOUNDS: [Bound; 3] = [
+    Bound("exclusiveMinimum", "more than", f64::gt),
+    Bound("minimum", "at least", f64::ge),
+    Bound("maximum", "at most", f64::le),
+];
+
+/// Returns the JSON Schema (draft 2020-12) of a file, whose tables have no other keys.
+pub(crate) fn schema<T: JsonSchema>() -> Schema {
+    let close = |schema: &mut Schema| {
+        if schema.get("properties").is_some() {
+            schema.insert("additionalProperties".to_owned(), false.into());
+        }
+    };
+    let settings = SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
+    settings.with_transform(RecursiveTransform(close)).into_generator().into_root_schema_for::<T>()
+}
 
 /// A TOML file that is read, and the list of its problems.
 pub(crate) struct Source<'a> {
     pub(crate) path: &'a Path,
-    pub(crate) text: &'a str,
     pub(crate) problems: &'a Problems,
+    text: &'a str,
+    table: Spanned<DeTable<'a>>,
 }
 
-impl Source<'_> {
-    /// Returns the range of the value of a key: `fit.mu.lower`, or `kind.2.side` in a list.
-    fn span(&self, key: &str) -> Option<Range<usize>> {
-        let table = DeTable::parse(self.text).ok()?;
-        let mut keys = key.split('.');
-        let mut value = table.get_ref().get(keys.next()?)?;
-        for key in keys {
-            value = match value.get_ref() {
-                DeValue::Table(table) => table.get(key)?,
-                DeValue::Array(values) => values.get(key.parse::<usize>().ok()?)?,
-                _ => return None,
+impl<'a> Source<'a> {
+    /// Returns a text with its tree; the errors of its syntax are problems.
+    pub(crate) fn new(path: &'a Path, text: &'a str, problems: &'a Problems) -> Self {
+        let (table, mut errors) = DeTable::parse_recoverable(text);
+        // later ones may be consequences of the first
+        errors.sort_by_key(|error| error.span().map(|span| span.start));
+        let source = Self { path, problems, text, table };
+        for error in errors {
+            let span = error.span().unwrap_or_default();
+            let (message, written) = (error.message(), source.shown(&span));
+            // the comma stands at the place, or just before it
+            let near = &text.as_bytes()[span.start.saturating_sub(2)..];
+            let is_comma = |near: &[u8]| matches!(near, [b'0'..=b'9', b',', b'0'..=b'9']);
+            let hint = match near {
+                _ if near.windows(3).take(2).any(is_comma) => "; write decimals with a point, not a comma",
+                _ if near.iter().take(3).any(|byte| *byte == b'\\') => "; write / between folders, not \\",
+                _ => "",
             };
+            source.wrong_at(&span, format!("{written}: {message}{hint}").trim_start_matches(": "));
         }
-        Some(value.span())
+        source
     }
 
-    /// Returns whether a key or a section is stated.
-    pub(crate) fn has(&self, key: &str) -> bool {
-        self.span(key).is_some()
+    /// Returns the value of a key: `fit.mu.lower`, or `kind.2.side` in a list.
+    fn value(&self, key: &str) -> Option<&Spanned<DeValue<'a>>> {
+        let mut keys = key.split('.');
+        let first = self.table.get_ref().get(keys.next()?)?;
+        keys.try_fold(first, |value, key| match value.get_ref() {
+            DeValue::Table(table) => table.get(key),
+            DeValue::Array(values) => values.get(key.parse::<usize>().ok()?),
+            _ => None,
+        })
     }
 
     /// Returns the value of a key as it is written; empty if the key is not stated.
-    pub(crate) fn written(&self, key: &str) -> &str {
-        self.span(key).and_then(|span| self.text.get(span)).unwrap_or_default()
+    pub(crate) fn written(&self, key: &str) -> &'a str {
+        self.value(key).and_then(|value| self.text.get(value.span())).unwrap_or_default()
     }
 
-    /// Adds a problem at the value of a key, or at its table if the key is not stated.
-    pub(crate) fn wrong(&self, key: &str, message: impl Into<String>) {
-        let table = key.rsplit_once('.').map_or(key, |(table, _)| table);
-        self.wrong_of_first(&[key, table], message);
+    /// Returns the beginning of what is written at a place, for messages.
+    fn shown(&self, span: &Range<usize>) -> String {
+        let written = self.text.get(span.clone()).unwrap_or_default();
+        shortened(written.lines().next().unwrap_or_default())
     }
 
-    pub(crate) fn wrong_if(&self, is_wrong: bool, key: &str, message: &str) {
-        if is_wrong {
-            self.wrong(key, message);
-        }
-    }
-
-    /// Adds a problem at the value of the first of some keys that is stated.
-    pub(crate) fn wrong_of_first(&self, keys: &[&str], message: impl Into<String>) {
-        self.wrong_at(&keys.iter().find_map(|key| self.span(key)).unwrap_or_default(), message);
+    /// Adds a problem at the value of the first key that is stated of some with blanks between
+    /// them, else at the table around the first.
+    pub(crate) fn wrong(&self, keys: &str, message: impl Into<String>) {
+        let first = keys.split(' ').next().unwrap_or_default();
+        let tables = first.rmatch_indices('.').map(|(end, _)| &first[..end]);
+        let value = keys.split(' ').chain(tables).find_map(|key| self.value(key));
+        self.wrong_at(&value.map(Spanned::span).unwrap_or_default(), message);
     }
 
     /// Adds a problem with its line and its position in the line, from 1.
@@ -76,30 +118,21 @@ impl Source<'_> {
         self.problems.add(self.path, line, position.to_string().as_str(), message);
     }
 
-    /// Adds the stated numbers that do not meet their conditions.
-    pub(crate) fn check(&self, rules: &[Rule]) {
-        let each =
-            |(condition, keys): &Rule| keys.split(' ').map(|key| (key, *condition)).collect::<Vec<_>>();
-        for (key, condition) in rules.iter().flat_map(each) {
-            let Ok(value) = self.written(key).parse::<Value>() else { continue };
-            let number = value.as_float().or(value.as_integer().map(|number| number as f64));
-            let fault = number.and_then(|number| Fault::of_number(key, number, condition));
-            let as_written = |fault| Fault { value: self.written(key).to_owned(), ..fault };
-            fault.map(as_written).iter().for_each(|fault| self.add(fault));
-        }
-    }
-
-    /// Adds what does not go together by the rules of a list in rules.toml.
-    pub(crate) fn check_together(&self, list: &str) {
-        for [_, keys, message] in self.rules(list) {
-            self.wrong_of_first(&keys.split(' ').collect::<Vec<_>>(), message);
+    /// Adds faulty values. Places in lists are left out of the messages.
+    pub(crate) fn add(&self, faults: &[Fault]) {
+        for fault in faults {
+            let names = fault.key.split('.').filter(|name| name.parse::<usize>().is_err());
+            let key = names.collect::<Vec<_>>().join(".");
+            self.wrong(&fault.key, Fault { key, ..fault.clone() }.to_string());
         }
     }
 
     /// Returns the rules of a list in rules.toml whose conditions hold, with values in their words.
     pub(crate) fn rules(&self, list: &str) -> Vec<[String; 3]> {
         let lists = toml::from_str::<BTreeMap<String, Vec<[String; 3]>>>(include_str!("rules.toml"));
-        let mut rules = lists.unwrap_or_default().remove(list).unwrap_or_default();
+        let lists =
+            lists.map_err(|error| self.problems.add(Path::new("rules.toml"), None, None, error.message()));
+        let mut rules = lists.ok().and_then(|mut lists| lists.remove(list)).unwrap_or_default();
         rules.retain(|[terms, ..]| {
             terms.split(' ').all(|terms| terms.split('|').any(|term| self.holds(term)))
         });
@@ -117,20 +150,126 @@ impl Source<'_> {
         match (term.split_once("!="), term.split_once('='), term.strip_prefix('!')) {
             (Some((key, word)), ..) => !is(key, word),
             (_, Some((key, word)), _) => is(key, word),
-            (.., Some(key)) => !self.has(key),
-            _ => self.has(term),
+            (.., Some(key)) => self.value(key).is_none(),
+            _ => self.value(term).is_some(),
         }
-    }
-
-    /// Adds a faulty value. Places in lists are left out of the message.
-    pub(crate) fn add(&self, fault: &Fault) {
-        let names: Vec<_> = fault.key.split('.').filter(|name| name.parse::<usize>().is_err()).collect();
-        self.wrong(&fault.key, Fault { key: names.join("."), ..fault.clone() }.to_string());
     }
 }
 
+impl Source<'_> {
+    /// Adds all that is wrong with a value, by the schema that it is to fit.
+    fn compare(&self, key: &str, value: &Spanned<DeValue>, schema: &Json) {
+        let (span, kind) = (value.span(), value.get_ref().type_str());
+        let all = alternatives(schema);
+        let fits =
+            |schema: &&&Json| TYPES.iter().any(|(own, toml, _)| *own == type_of(schema) && *toml == kind);
+        let meant: Vec<&Json> = all.iter().filter(fits).copied().collect();
+        let Some(schema) = meant.first() else {
+            let (written, expected) = (self.shown(&span), expected(&all));
+            return self.wrong_at(&span, format!("{written} is of the wrong type; expected {expected}"));
+        };
+        match value.get_ref() {
+            DeValue::String(word) => {
+                let known: Vec<&str> = meant.iter().flat_map(|schema| words(schema)).collect();
+                if !known.is_empty() && !known.contains(&word.as_ref()) {
+                    let (near, expected) = (did_you_mean(word, known), expected(&meant));
+                    self.wrong_at(&span, format!("unknown word \"{word}\"{near}; expected {expected}"));
+                }
+            }
+            DeValue::Integer(_) | DeValue::Float(_) => self.compare_number(key, &span, schema),
+            DeValue::Array(items) => items.iter().for_each(|item| self.compare(key, item, &schema["items"])),
+            DeValue::Table(table) => self.compare_keys(key, &span, table, schema),
+            DeValue::Boolean(_) | DeValue::Datetime(_) => {}
+        }
+    }
+
+    fn compare_number(&self, key: &str, span: &Range<usize>, schema: &Json) {
+        let number = self.shown(span).parse::<toml::Value>().ok();
+        let number = number.and_then(|value| value.as_float().or(value.as_integer().map(|n| n as f64)));
+        let number = number.filter(|number| number.is_finite());
+        let (mut is_good, mut expected) = (true, Vec::new());
+        for Bound(word, words, is_met) in BOUNDS {
+            let Some(bound) = schema[word].as_f64() else { continue };
+            is_good &= number.is_some_and(|number| is_met(&number, &bound));
+            expected.push(format!("{words} {bound}"));
+        }
+        if !is_good {
+            self.wrong_at(span, Fault::new(key, self.shown(span), expected.join(", ")).to_string());
+        }
+    }
+
+    fn compare_keys(&self, key: &str, span: &Range<usize>, table: &DeTable, schema: &Json) {
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(name, _)| name.span().start);
+        let known =
+            || schema["properties"].as_object().into_iter().flatten().map(|(known, _)| known.as_str());
+        for (name, value) in entries {
+            let (span, name) = (name.span(), name.get_ref().as_ref());
+            if let Some(schema) = schema["properties"].get(name) {
+                self.compare(format!("{key}.{name}").trim_start_matches('.'), value, schema);
+            } else {
+                let (near, known) = (did_you_mean(name, known()), known().collect::<Vec<_>>().join(", "));
+                self.wrong_at(&span, format!("unknown key \"{name}\"{near}; expected one of {known}"));
+            }
+        }
+        for key in texts(&schema["required"]).filter(|key| !table.contains_key(*key)) {
+            let expected = expected(&alternatives(&schema["properties"][key]));
+            self.wrong_at(span, format!("the key {key} is missing; expected {key} = {expected}"));
+        }
+        for (key, needed) in schema["dependentRequired"].as_object().into_iter().flatten() {
+            let missing = texts(needed).find(|needed| !table.contains_key(*needed));
+            if let (Some(missing), Some(value)) = (missing, table.get(key.as_str())) {
+                self.wrong_at(&value.span(), format!("{key} needs {missing} beside it"));
+            }
+        }
+    }
+}
+
+/// Returns the schemas of which a value is to fit one.
+fn alternatives(schema: &Json) -> Vec<&Json> {
+    match schema["anyOf"].as_array().or(schema["oneOf"].as_array()) {
+        Some(each) => each.iter().flat_map(alternatives).collect(),
+        None => vec![schema],
+    }
+}
+
+/// Returns the type of a schema, whose value may also be missing.
+fn type_of(schema: &Json) -> &str {
+    let types = &schema["type"];
+    types.as_str().or(types[0].as_str()).unwrap_or_default()
+}
+
+/// Returns the words that a schema allows; an empty list if it allows every text.
+fn words(schema: &Json) -> Vec<&str> {
+    texts(&schema["enum"]).chain(schema["const"].as_str()).collect()
+}
+
+fn texts(list: &Json) -> impl Iterator<Item = &str> {
+    list.as_array().into_iter().flatten().filter_map(Json::as_str)
+}
+
+/// Returns the values that one of some schemas allows, in words.
+fn expected(schemas: &[&Json]) -> String {
+    let of_one = |schema: &&Json| -> Vec<String> {
+        if let Some(keys) = schema["properties"].as_object() {
+            let keys: Vec<String> = keys.keys().map(|key| format!("{key} = …")).collect();
+            return vec![format!("{{ {} }}", keys.join(", "))];
+        }
+        if schema["items"].is_object() {
+            return vec![format!("[{}, …]", expected(&alternatives(&schema["items"])))];
+        }
+        let words: Vec<String> = words(schema).iter().map(|word| format!("\"{word}\"")).collect();
+        let of_type =
+            TYPES.iter().find(|(own, ..)| *own == type_of(schema)).map(|(.., words)| (*words).to_owned());
+        if words.is_empty() { of_type.into_iter().collect() } else { words }
+    };
+    let mut each: Vec<String> = schemas.iter().flat_map(of_one).collect();
+    let last = each.pop().unwrap_or_default();
+    if each.is_empty() { last } else { format!("{} or {last}", each.join(", ")) }
+}
+
 /// Reads a TOML file of another shape; `check` adds problems of the parsed value.
-pub(crate) fn read_checked<T: DeserializeOwned, U>(
+pub(crate) fn read_checked<T: DeserializeOwned + JsonSchema, U>(
     path: &Path,
     check: impl FnOnce(T, &Source) -> U,
 ) -> Result<U, DatasetError> {
@@ -140,100 +279,29 @@ pub(crate) fn read_checked<T: DeserializeOwned, U>(
 }
 
 /// Returns the result of `check` for a TOML text; `None`: the problems say why it is missing.
-pub(crate) fn checked<T: DeserializeOwned, U>(
+pub(crate) fn checked<T: DeserializeOwned + JsonSchema, U>(
     path: &Path,
     text: Option<&str>,
     problems: Problems,
     check: impl FnOnce(T, &Source) -> U,
 ) -> Result<U, DatasetError> {
+    let Some(text) = text else { return Err(problems.into_error()) };
     // a byte order mark is not part of the first line
-    let text = text.map(|text| text.trim_start_matches('\u{feff}'));
-    let source = text.map(|text| Source { path, text, problems: &problems });
-    match source.and_then(|source| Some(check(parse(&source)?, &source))) {
-        Some(checked) => problems.into_result(checked),
-        None => Err(problems.into_error()),
+    let text = text.trim_start_matches('\u{feff}');
+    let source = Source::new(path, text, &problems);
+    if problems.is_empty() {
+        source.compare_keys("", &(0..0), source.table.get_ref(), &schema::<T>().into());
     }
-}
-
-/// Parses a text; adds all wrong entries, each found after the line of the last was made a comment.
-fn parse<T: DeserializeOwned>(source: &Source) -> Option<T> {
-    let mut text = source.text.to_string();
-    for found in 0..MAX_WRONG_ENTRIES {
-        match toml::from_str(&text) {
-            Ok(parsed) => return (found == 0).then_some(parsed),
-            // the key may be in an entry that was set aside
-            Err(error) if found > 0 && error.message().starts_with("missing field") => return None,
-            Err(error) => {
-                complain(&error, source);
-                set_aside(&mut text, error.span()?)?;
+    match toml::from_str(text) {
+        Ok(parsed) => {
+            let checked = check(parsed, &source);
+            problems.into_result(checked)
+        }
+        Err(error) => {
+            if problems.is_empty() {
+                source.wrong_at(&error.span().unwrap_or_default(), error.message());
             }
+            Err(problems.into_error())
         }
-    }
-    None
-}
-
-/// Makes the line of an entry a comment; `None` if it is a section or has several lines, whose rest
-/// would be wrong as a consequence.
-fn set_aside(text: &mut String, entry: Range<usize>) -> Option<()> {
-    let line = text.get(..entry.start)?.rfind('\n').map_or(0, |end| end + 1);
-    let is_key = |c: char| c.is_ascii_alphanumeric() || c == '"' || c == '_';
-    let is_entry = text.get(line..)?.trim_start_matches([' ', '\t']).starts_with(is_key);
-    if !is_entry || text.get(entry)?.contains('\n') {
-        return None;
-    }
-    text.replace_range(line..=line, "#");
-    Some(())
-}
-
-/// Adds an error of toml or serde in plain words.
-fn complain(error: &toml::de::Error, source: &Source) {
-    let span = error.span().unwrap_or_default();
-    let written = source.text.get(span.clone()).unwrap_or_default();
-    // a key that is missing at the top, or the whole file
-    if error.message().starts_with("missing field") && !written.starts_with('[') {
-        return source.problems.add(source.path, None, None, in_plain_words(error.message(), ""));
-    }
-    let mut message = in_plain_words(error.message(), written);
-    // the comma stands at the place, or just before it
-    let near = &source.text.as_bytes()[span.start.saturating_sub(2)..];
-    if near.windows(3).take(2).any(|near| matches!(near, [b'0'..=b'9', b',', b'0'..=b'9'])) {
-        message += "; write decimals with a point, not a comma";
-    } else if message.contains("escape") {
-        message += "; write / between folders, not \\";
-    }
-    source.wrong_at(&span, message);
-}
-
-/// Returns the message of toml or serde about `written` in plain words.
-fn in_plain_words(message: &str, written: &str) -> String {
-    let message = message.trim().replace('\n', " ");
-    let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-    match (message.split(' ').take(2).collect::<Vec<_>>().as_slice(), names.as_slice()) {
-        (["unknown", what], [word, known @ ..]) if !known.is_empty() => {
-            let what = if *what == "field" { "key" } else { "word" };
-            let near = did_you_mean(word, known.iter().copied());
-            let one_of = if known.len() > 1 { "one of " } else { "" };
-            format!("unknown {what} \"{word}\"{near}; expected {one_of}{}", known.join(", "))
-        }
-        (["missing", "field"], [key]) => {
-            let place = if written.is_empty() { String::new() } else { format!(" in {written}") };
-            let expected = match *key {
-                "kind" => "; expected kind = \"tracks\", \"impacts\" or \"angles\"",
-                "files" => "; expected files = [\"…\"], the tables, relative to this file",
-                _ => "",
-            };
-            format!("the key {key} is missing{place}{expected}")
-        }
-        (["duplicate", "key"], _) => format!("the key {written} stands twice"),
-        (["invalid", "type:"] | ["wanted", "string"] | ["expected", _], _) if !written.contains('\n') => {
-            let expected = match message.split_once("expected ").map_or(message.as_str(), |(_, what)| what) {
-                "f64" => "a number, without quotation marks",
-                "a string" | "wanted string or table" => "text in quotation marks",
-                "a sequence" => "a list, as in [\"a\", \"b\"]",
-                other => other,
-            };
-            format!("{written} is of the wrong type; expected {expected}")
-        }
-        _ => message,
     }
 }

@@ -36,9 +36,3 @@ impl Fault {
         (!is_good).then(|| Self::new(key, number, expected))
     }
 }
-
-/// Values that are checked before they are used.
-pub trait Faults {
-    /// Returns what is wrong, each value with the path of its key.
-    fn faults(&self) -> Vec<Fault>;
-}

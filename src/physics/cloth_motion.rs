@@ -36,16 +36,17 @@ pub(crate) const MAX_FLIGHTS: usize = 64;
 
 /// The cloth: its friction with a moving ball, and its bounce.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "fit", derive(serde::Deserialize, serde::Serialize))]
-#[cfg_attr(feature = "fit", serde(deny_unknown_fields, default))]
+#[cfg_attr(feature = "fit", derive(serde::Deserialize, serde::Serialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "fit", serde(default))]
 pub struct Cloth {
     /// μ_k, the friction of the cloth on a ball that slides, dimensionless.
-    #[cfg_attr(feature = "fit", serde(rename = "mu_k"))]
+    #[cfg_attr(feature = "fit", serde(rename = "mu_k"), schemars(range(min = 0)))]
     pub sliding: f64,
     /// μ_r, the rolling resistance: a rolling ball slows down by μ_r g.
-    #[cfg_attr(feature = "fit", serde(rename = "mu_r"))]
+    #[cfg_attr(feature = "fit", serde(rename = "mu_r"), schemars(range(min = 0)))]
     pub rolling: f64,
     /// e_t, the restitution of a ball that falls on the bed of the table.
+    #[cfg_attr(feature = "fit", schemars(range(min = 0, max = 1)))]
     pub bounce: f64,
 }
 

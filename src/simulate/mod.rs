@@ -13,7 +13,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::io::{DatasetError, balls, toml_file};
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, ObjectBall, Shot};
-use crate::measurement::fault::{Fault, Faults};
+use crate::measurement::fault::Fault;
 use crate::measurement::observable::Observable;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
@@ -24,7 +24,7 @@ use crate::problem::{Unpredictable, predict};
 
 pub use crate::io::Kind;
 pub(crate) use scene::{Camera, Played};
-pub(crate) use scene::{MAX_SHOTS, between, checked, cue_ball, faults_of, faults_of_shots};
+pub(crate) use scene::{MAX_SHOTS, between, cue_ball, faults_of_shots};
 pub(crate) use spec::Shots;
 pub use spec::Spec;
 pub use tracks::TrueImpact;
@@ -58,7 +58,7 @@ pub enum SynthError {
 /// # Errors
 /// Every problem of the file, with line and position.
 pub fn read(path: &Path) -> Result<Spec, DatasetError> {
-    toml_file::read_checked(path, checked::<Spec>)
+    toml_file::read_checked(path, Spec::checked)
 }
 
 /// Makes the files of a synthetic data set with the `full` collision model, or `ode` if the contact

@@ -1,12 +1,11 @@
 //! Parts that specifications of synthetic data sets and of designs share: camera, cloth, spins,
 //! ranges.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::io::toml_file::Source;
-use crate::measurement::fault::{Condition, FRACTION, Fault, Faults, NOT_NEGATIVE, POSITIVE};
+use crate::measurement::fault::Fault;
 use crate::physics::ball::{BallState, Vec3};
-use crate::physics::cloth_motion::Cloth;
 use crate::physics::contact_frame::cue_velocity;
 use crate::physics::name::worded;
 
@@ -16,26 +15,30 @@ pub(crate) const MAX_SHOTS: usize = 1_000_000;
 /// Largest number of frames of a shot before or after the impact. More would fill the memory.
 const MAX_FRAMES: usize = 100_000;
 
-/// Largest number of markers on a ball.
-const MAX_MARKERS: usize = 100;
-
 /// The camera that films shots: section `[camera]`.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default, expecting = "a table, as in [camera] fps = 1000")]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(default)]
 pub(crate) struct Camera {
     /// Frames per second.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) fps: f64,
     /// Standard deviation of every coordinate, m.
+    #[schemars(range(min = 0))]
     pub(crate) position_sd_m: f64,
     /// How long each shot is filmed before the impact, ms.
+    #[schemars(range(min = 0))]
     pub(crate) before_ms: f64,
     /// How long each shot is filmed after the impact, ms.
+    #[schemars(range(min = 0))]
     pub(crate) after_ms: f64,
     /// The fraction of the positions that are missing, 0 to 1.
+    #[schemars(range(min = 0, max = 1))]
     pub(crate) gaps: f64,
     /// The fraction of the positions that are wrong, by up to 20 mm.
+    #[schemars(range(min = 0, max = 1))]
     pub(crate) outliers: f64,
     /// How many points on each ball are marked, at random places; they are seen on its upper side.
+    #[schemars(range(max = 100))]
     pub(crate) markers: usize,
 }
 
@@ -62,41 +65,23 @@ impl Camera {
     }
 
     /// Returns what is wrong with it if a shot needs a number of frames on either side.
-    pub(crate) fn faults(&self, least_frames: usize, noise: Condition) -> Vec<Fault> {
-        let mut faults = faults_of(&[
-            ("camera.fps", self.fps, POSITIVE),
-            ("camera.position_sd_m", self.position_sd_m, noise),
-            ("camera.before_ms", self.before_ms, NOT_NEGATIVE),
-            ("camera.after_ms", self.after_ms, NOT_NEGATIVE),
-            ("camera.gaps", self.gaps, FRACTION),
-            ("camera.outliers", self.outliers, FRACTION),
-        ]);
-        for (key, ms) in [("camera.before_ms", self.before_ms), ("camera.after_ms", self.after_ms)] {
-            let frames = (1e-3 * ms * self.fps).round();
+    pub(crate) fn faults(&self, least_frames: usize) -> impl Iterator<Item = Fault> {
+        let fps = self.fps;
+        let times = [("camera.before_ms", self.before_ms), ("camera.after_ms", self.after_ms)];
+        times.into_iter().filter_map(move |(key, ms)| {
+            let frames = (1e-3 * ms * fps).round();
             let is_possible = (least_frames as f64..=MAX_FRAMES as f64).contains(&frames);
-            if !is_possible && frames >= 0.0 && frames.is_finite() {
-                let value = format!("{ms}, which is {frames:.0} frames");
-                faults.push(Fault::new(key, value, format!("{least_frames} to {MAX_FRAMES} frames")));
-            }
-        }
-        faults.extend(fault_of_count("camera.markers", self.markers, [0, MAX_MARKERS]));
-        faults
-    }
-}
-
-impl Faults for Cloth {
-    fn faults(&self) -> Vec<Fault> {
-        faults_of(&[
-            ("cloth.mu_k", self.sliding, NOT_NEGATIVE),
-            ("cloth.mu_r", self.rolling, NOT_NEGATIVE),
-            ("cloth.bounce", self.bounce, FRACTION),
-        ])
+            let value = format!("{ms}, which is {frames:.0} frames");
+            let expected = format!("{least_frames} to {MAX_FRAMES} frames");
+            // what is below 0 is named by the schema
+            (!is_possible && frames >= 0.0 && fps > 0.0).then(|| Fault::new(key, value, expected))
+        })
     }
 }
 
 worded! {
     /// How the cue ball is spinning before the impact.
-    #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+    #[derive(Clone, Copy, Debug, Deserialize, Serialize, JsonSchema, PartialEq, Eq)]
     #[non_exhaustive]
     #[serde(rename_all = "kebab-case")]
     pub(crate) enum Played {
@@ -161,32 +146,10 @@ pub(crate) fn between([from, to]: [f64; 2], part: f64) -> f64 {
     from + (to - from) * part
 }
 
-/// Adds what is wrong with a specification to the problems of its file.
-pub(crate) fn checked<T: Faults>(spec: T, source: &Source) -> T {
-    spec.faults().iter().for_each(|fault| source.add(fault));
-    spec
-}
-
-/// Returns the numbers that do not meet their conditions.
-pub(crate) fn faults_of(numbers: &[(&str, f64, Condition)]) -> Vec<Fault> {
-    numbers.iter().filter_map(|(key, number, condition)| Fault::of_number(key, *number, *condition)).collect()
-}
-
-fn fault_of_count(key: &str, count: usize, [least, most]: [usize; 2]) -> Option<Fault> {
-    let is_good = (least..=most).contains(&count);
-    (!is_good).then(|| Fault::new(key, count, format!("{least} to {most}")))
-}
-
-/// Returns what is wrong with the number of shots of a section, their speeds and their cut angles.
-pub(crate) fn faults_of_shots(
-    section: &str,
-    count: (&str, usize),
-    speed_m_s: [f64; 2],
-    cut_deg: [f64; 2],
-) -> Vec<Fault> {
+/// Returns what is wrong with the speeds and the cut angles of the shots of a section.
+pub(crate) fn faults_of_shots(section: &str, speed_m_s: [f64; 2], cut_deg: [f64; 2]) -> Vec<Fault> {
     let ([slow, fast], [thick, thin]) = (speed_m_s, cut_deg);
-    let (name, count) = count;
-    let mut faults = Vec::from_iter(fault_of_count(&format!("{section}.{name}"), count, [1, MAX_SHOTS]));
+    let mut faults = Vec::new();
     if !(slow > 0.0 && slow <= fast && fast.is_finite()) {
         let (key, value) = (format!("{section}.speed_m_s"), format!("[{slow}, {fast}]"));
         faults.push(Fault::new(&key, value, "[slowest, fastest], above 0"));

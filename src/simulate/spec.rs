@@ -3,25 +3,25 @@
 use std::path::Path;
 use std::str::FromStr;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Kind;
-use super::scene::{Camera, Played, checked, faults_of, faults_of_shots};
+use super::scene::{Camera, MAX_SHOTS, Played, faults_of_shots};
 use crate::io::DatasetError;
-use crate::io::balls::{BallSection, Shape};
+use crate::io::balls::{self, BallSection};
 use crate::io::error::Problems;
-use crate::io::toml_file;
+use crate::io::toml_file::{self, Source};
 use crate::measurement::dataset::ObjectBall;
-use crate::measurement::fault::{Fault, Faults, INERTIA, NOT_NEGATIVE, POSITIVE};
+use crate::measurement::fault::{Fault, INERTIA};
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::physics::cloth_motion::Cloth;
-use crate::physics::collision::{Coefficients, Effects, Fidelity, MASS_RATIOS, Model};
+use crate::physics::collision::{Coefficients, Effects, Fidelity, Model};
 use crate::physics::friction_law::Law;
 
 /// A synthetic data set: the content of a SPEC.toml.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 pub struct Spec {
     /// The name of the data set.
     pub(crate) name: String,
@@ -38,7 +38,7 @@ pub struct Spec {
     pub(crate) noise: Noise,
     /// The cue ball, and the object ball unless it is stated.
     #[serde(default)]
-    pub(crate) ball: BallSpec,
+    pub(crate) ball: BallSection,
     /// The properties of the object ball that differ from the cue ball's.
     #[serde(default)]
     pub(crate) object: Option<BallSection>,
@@ -51,8 +51,8 @@ pub struct Spec {
 }
 
 /// The true parameters, which a fit should find again.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, JsonSchema)]
+#[schemars(extend("dependentRequired" = { "mu_b": ["mu_c"], "mu_c": ["mu_b"] }))]
 pub(crate) struct Truth {
     /// Friction between the balls μ, dimensionless.
     pub(crate) mu: f64,
@@ -71,10 +71,10 @@ pub(crate) struct Truth {
 }
 
 /// Which shots are played: uniformly random between the ends of each range.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 pub(crate) struct Shots {
     /// The number of shots.
+    #[schemars(range(min = 1, max = MAX_SHOTS))]
     pub(crate) count: usize,
     /// The cue ball's speed before the impact, m/s.
     pub(crate) speed_m_s: [f64; 2],
@@ -85,40 +85,21 @@ pub(crate) struct Shots {
 }
 
 /// The standard deviations of the errors of measurement; 0 leaves a quantity exact.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(default)]
 pub(crate) struct Noise {
     /// Every velocity component and speed, m/s.
+    #[schemars(range(min = 0))]
     pub(crate) velocity_m_s: f64,
     /// Direction of the line of centres, degrees (impacts).
+    #[schemars(range(min = 0))]
     pub(crate) line_of_centres_deg: f64,
     /// Every spin component, rad/s.
+    #[schemars(range(min = 0))]
     pub(crate) spin_rad_s: f64,
     /// Every angle, degrees (angles).
+    #[schemars(range(min = 0))]
     pub(crate) angle_deg: f64,
-}
-
-/// The cue ball of a synthetic data set: its true properties, and the errors of its `[ball]`.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-pub(crate) struct BallSpec {
-    /// The radius, m.
-    pub(crate) radius_m: f64,
-    /// The mass, kg.
-    pub(crate) mass_kg: f64,
-    /// The moment of inertia over MR², ν.
-    pub(crate) inertia: f64,
-    /// The standard deviation of what is stated as the radius, m; 0: exact.
-    pub(crate) radius_m_sd: f64,
-    /// The standard deviation of what is stated as the mass, kg; 0: exact.
-    pub(crate) mass_kg_sd: f64,
-}
-
-impl Default for BallSpec {
-    fn default() -> Self {
-        let Ball { radius, mass, inertia } = Ball::POOL;
-        Self { radius_m: radius, mass_kg: mass, inertia, radius_m_sd: 0.0, mass_kg_sd: 0.0 }
-    }
 }
 
 /// The text of a SPEC.toml.
@@ -127,7 +108,7 @@ impl FromStr for Spec {
 
     fn from_str(text: &str) -> Result<Self, DatasetError> {
         let problems = Problems::new("the specification cannot be used:");
-        toml_file::checked(Path::new("SPEC.toml"), Some(text), problems, checked::<Self>)
+        toml_file::checked(Path::new("SPEC.toml"), Some(text), problems, Self::checked)
     }
 }
 
@@ -141,9 +122,9 @@ impl Spec {
 
     /// Returns the cue ball, and the object ball if it differs, as they truly are.
     pub(super) fn balls(&self) -> (Ball, Option<ObjectBall>) {
-        let BallSpec { radius_m: radius, mass_kg: mass, inertia, radius_m_sd, mass_kg_sd } = self.ball;
-        let cue = Ball { radius, mass, inertia };
-        (cue, self.object.map(|object| object.beside(cue, [mass_kg_sd, radius_m_sd])))
+        let cue = self.ball.like(Ball::POOL);
+        let sds = [self.ball.mass_kg_sd, self.ball.radius_m_sd].map(Option::unwrap_or_default);
+        (cue, self.object.map(|object| object.beside(cue, sds)))
     }
 
     pub(super) fn coefficients(&self) -> Coefficients {
@@ -194,14 +175,22 @@ impl Spec {
         ];
         all.into_iter().filter_map(|(parameter, value)| Some((parameter, value?))).collect()
     }
-}
 
-impl Faults for Spec {
-    fn faults(&self) -> Vec<Fault> {
-        let Self { name, truth, shots, noise, ball, .. } = self;
-        let stated = self.object.unwrap_or_default();
-        let object = self.balls().1.map_or(Ball::POOL, |object| object.ball);
-        let mut faults = Vec::new();
+    /// Adds what is wrong beyond its schema to the problems of its file.
+    pub(super) fn checked(self, source: &Source) -> Self {
+        source.add(&self.faults());
+        self
+    }
+
+    /// Returns what is wrong beyond its schema.
+    pub(super) fn faults(&self) -> Vec<Fault> {
+        let Self { name, shots, .. } = self;
+        let object = self.object.unwrap_or_default();
+        let (cue, other) = self.balls();
+        let other = other.map_or(cue, |other| other.ball);
+        let mut faults = faults_of_shots("shots", shots.speed_m_s, shots.cut_deg);
+        faults.extend(self.camera.faults(0));
+        faults.extend(balls::faults(cue, other, INERTIA));
         let mut expect = |is_good: bool, key: &str, value: String, expected: &str| {
             faults.extend((!is_good).then(|| Fault::new(key, value, expected)));
         };
@@ -209,44 +198,17 @@ impl Faults for Spec {
         expect(is_name, "name", format!("\"{name}\""), "a name that can name a folder");
         let spins = format!("at least one of {}", Played::ALL.map(Played::name).join(", "));
         expect(!shots.cue_spin.is_empty(), "shots.cue_spin", "[]".to_owned(), &spins);
-        let both = "both of mu + mu_b·exp(−mu_c·v), or neither";
-        let [b, c] = [truth.mu_b.is_some(), truth.mu_c.is_some()];
-        expect(b || !c, "truth.mu_b", "missing".to_owned(), both);
-        expect(c || !b, "truth.mu_c", "missing".to_owned(), both);
-        let is_ball = stated.shape == Shape::Sphere;
-        expect(is_ball, "object.shape", "\"disc\"".to_owned(), "balls, which specifications are of");
-        let poisson = stated.poisson.map_or(String::new(), |poisson| poisson.to_string());
-        expect(poisson.is_empty(), "object.poisson", poisson, "none, as truth.kappa states the compliance");
         // what is stated remains above 0
         for (key, sd, value) in [
-            ("ball.radius_m_sd", ball.radius_m_sd, ball.radius_m),
-            ("ball.mass_kg_sd", ball.mass_kg_sd, ball.mass_kg),
-            ("object.radius_m_sd", stated.radius_m_sd.unwrap_or(0.0), object.radius),
-            ("object.mass_kg_sd", stated.mass_kg_sd.unwrap_or(0.0), object.mass),
+            ("ball.radius_m_sd", self.ball.radius_m_sd, cue.radius),
+            ("ball.mass_kg_sd", self.ball.mass_kg_sd, cue.mass),
+            ("object.radius_m_sd", object.radius_m_sd, other.radius),
+            ("object.mass_kg_sd", object.mass_kg_sd, other.mass),
         ] {
-            let is_small = !(value > 0.0) || (0.0..0.1 * value).contains(&sd);
-            expect(is_small, key, sd.to_string(), "0 or more, less than a tenth of what it is the error of");
+            let sd = sd.unwrap_or(0.0);
+            let is_small = sd < 0.1 * value || !(value > 0.0);
+            expect(is_small, key, sd.to_string(), "less than a tenth of what it is the error of");
         }
-        // a mass that is not positive is named below
-        let ratio = self.object.map_or(1.0, |_| ball.mass_kg / object.mass);
-        let is_possible = !(ratio > 0.0 && ratio.is_finite()) || MASS_RATIOS.contains(&ratio);
-        let masses = "0.001 to 1000 times the cue ball's mass";
-        expect(is_possible, "object.mass_kg", object.mass.to_string(), masses);
-        faults.extend(faults_of_shots("shots", ("count", shots.count), shots.speed_m_s, shots.cut_deg));
-        faults.extend(self.camera.faults(0, NOT_NEGATIVE));
-        faults.extend(self.cloth.faults());
-        faults.extend(faults_of(&[
-            ("noise.velocity_m_s", noise.velocity_m_s, NOT_NEGATIVE),
-            ("noise.line_of_centres_deg", noise.line_of_centres_deg, NOT_NEGATIVE),
-            ("noise.spin_rad_s", noise.spin_rad_s, NOT_NEGATIVE),
-            ("noise.angle_deg", noise.angle_deg, NOT_NEGATIVE),
-            ("ball.radius_m", ball.radius_m, POSITIVE),
-            ("ball.mass_kg", ball.mass_kg, POSITIVE),
-            ("ball.inertia", ball.inertia, INERTIA),
-            ("object.radius_m", object.radius, POSITIVE),
-            ("object.mass_kg", object.mass, POSITIVE),
-            ("object.inertia", object.inertia, INERTIA),
-        ]));
         faults
     }
 }

@@ -1,6 +1,6 @@
 //! Calibration of a file's lengths: to metres on the table, x right and y up as seen from above.
 
-use nalgebra::{DMatrix, Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::{DMatrix, Matrix2, Matrix3, Point2, Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -28,7 +28,6 @@ pub(crate) struct ReadOut {
 
 /// A place in the picture and on the table.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
 pub(super) struct Point {
     px: [f64; 2],
     m: [f64; 2],
@@ -46,7 +45,7 @@ impl Calibration {
         match &self.homography {
             None if self.is_up => [factor * x / divisor, factor * y / divisor],
             None => [factor * x / divisor, -factor * y / divisor],
-            Some(map) => mapped(map, [x, y]),
+            Some(map) => map.transform_point(&Point2::new(x, y)).into(),
         }
     }
 
@@ -92,10 +91,8 @@ pub(super) fn homography(points: &[Point], is_up: Option<bool>) -> Result<(Matri
              to the right and y up as seen from above; expected m turned so, or the other y_axis"
         ));
     }
-    let square = |point: &Point| {
-        let [x, y] = mapped(&map, point.px);
-        (x - point.m[0]).powi(2) + (y - point.m[1]).powi(2)
-    };
+    let square =
+        |point: &Point| (map.transform_point(&point.px.into()) - Point2::from(point.m)).norm_squared();
     let rms = (points.iter().map(square).sum::<f64>() / count as f64).sqrt() * 1e3;
     let exact = if count == 4 { " (exact through four points: not a check)" } else { "" };
     Ok((map, format!("homography from {count} points, residual {rms:.3} mm{exact}")))
@@ -130,11 +127,6 @@ fn least_squares(points: &[Point]) -> Option<Matrix3<f64>> {
 
 fn homogeneous([x, y]: [f64; 2]) -> Vector3<f64> {
     Vector3::new(x, y, 1.0)
-}
-
-fn mapped(map: &Matrix3<f64>, place: [f64; 2]) -> [f64; 2] {
-    let p = map * homogeneous(place);
-    [p.x / p.z, p.y / p.z]
 }
 
 /// Returns the map of points to mean 0 and mean distance √2; `None` if they lie on a line.

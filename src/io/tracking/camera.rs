@@ -1,19 +1,23 @@
 //! `[camera]`: corrections for the camera, stated exactly, with an error, or left free.
 
-use std::fmt;
-
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use schemars::JsonSchema;
 use serde::Deserialize;
-use serde::de::{Deserializer, Error, MapAccess, Visitor, value::MapAccessDeserializer};
 
 use crate::io::toml_file::Source;
 use crate::measurement::correction::Correction;
 use crate::measurement::fault::Fault;
 use crate::measurement::observable::Measured;
 
-/// The section, or only a label: `camera = "phone"`. A key that is left out is `"auto"`.
+/// The section, or only its label: `camera = "phone"`.
+#[derive(Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(crate) enum Camera {
+    Label(String),
+    Section(Box<CameraSection>),
+}
+
+/// A key that is left out is `"auto"`.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
 pub(crate) struct CameraSection {
     /// Data sets with one label were filmed by one camera that was not moved.
     pub(crate) label: Option<String>,
@@ -22,16 +26,14 @@ pub(crate) struct CameraSection {
     shear: Option<Stated>,
     perspective: Option<Stated>,
     lens: Option<Stated>,
-    shutter: Option<Stated>,
-    parallax: Option<Stated>,
+    /// Seconds from the first row of the picture to the last.
+    shutter: Option<NumberOr<Word>>,
+    parallax: Option<Word>,
 }
 
 /// A statement about a correction.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(
-    untagged,
-    expecting = "expected \"auto\", \"none\", a number (for perspective two, along x and along y) or { mean = …, sd = … }"
-)]
+#[serde(untagged)]
 enum Stated {
     Word(Word),
     Exact(OneOrSeveral<f64>),
@@ -45,9 +47,27 @@ enum Word {
     None,
 }
 
+/// A number above 0, or a word.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
+#[serde(untagged)]
+pub(super) enum NumberOr<Word> {
+    Number(#[schemars(extend("exclusiveMinimum" = 0))] f64),
+    Word(Word),
+}
+
+impl<Word> NumberOr<Word> {
+    pub(super) fn number(self) -> Option<f64> {
+        if let Self::Number(number) = self { Some(number) } else { None }
+    }
+
+    pub(super) fn word(self) -> Option<Word> {
+        if let Self::Word(word) = self { Some(word) } else { None }
+    }
+}
+
 /// A number or a name, or a list of them.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq)]
-#[serde(untagged, expecting = "expected the name of a track, or a list of the names of markers on one ball")]
+#[serde(untagged)]
 pub(super) enum OneOrSeveral<T> {
     One(T),
     Several(Vec<T>),
@@ -65,36 +85,54 @@ impl<T> OneOrSeveral<T> {
 /// A key of the section: its corrections, their range, and the values expected beside `"auto"`.
 struct Key(&'static str, &'static [Correction], [f64; 2], &'static str);
 
-const KEYS: [Key; 7] = [
+const KEYS: [Key; 5] = [
     Key("scale", &[Correction::Scale], [0.1, 10.0], "a length of the film over the true one, from 0.1 to 10"),
     Key("aspect", &[Correction::Aspect], [0.5, 2.0], "lengths along y over lengths along x, from 0.5 to 2"),
     Key("shear", &[Correction::Shear], [-0.5, 0.5], "a number from -0.5 to 0.5"),
-    Key("perspective", &PERSPECTIVE, [-2.0, 2.0], "[x, y], each from -2 to 2 per metre"),
+    Key(
+        "perspective",
+        &[Correction::PerspectiveX, Correction::PerspectiveY],
+        [-2.0, 2.0],
+        "[x, y], each from -2 to 2 per metre",
+    ),
     Key("lens", &[Correction::Lens], [-0.3, 0.3], "a part of lengths at 0.5 m, from -0.3 to 0.3"),
-    Key("shutter", &SHUTTER, [f64::NAN; 2], "the seconds from the first row of the picture to the last"),
-    Key("parallax", &PARALLAX, [f64::NAN; 2], "no value"),
 ];
-const PERSPECTIVE: [Correction; 2] = [Correction::PerspectiveX, Correction::PerspectiveY];
 const SHUTTER: [Correction; 2] = [Correction::ShutterX, Correction::ShutterY];
 const PARALLAX: [Correction; 3] = [Correction::ParallaxX, Correction::ParallaxY, Correction::Nearness];
 
-impl Stated {
-    /// Returns the stated values and standard deviations; empty and `None` for a word.
-    fn numbers(&self) -> (&[f64], Option<&[f64]>) {
-        match self {
-            Self::Word(_) => (&[], None),
-            Self::Exact(values) => (values.each(), None),
-            Self::Prior { mean, sd } => (mean.each(), Some(sd.each())),
-        }
-    }
+fn exact(value: f64) -> Option<Measured> {
+    Some(Measured { value, sd: None })
+}
 
-    fn is_good(&self, Key(_, corrections, [low, high], _): &Key) -> bool {
-        let (means, sds) = self.numbers();
-        let are_in_range = means.iter().all(|mean| (low..=high).contains(&mean));
-        let are_sds =
-            |sds: &[f64]| sds.len() == means.len() && sds.iter().all(|sd| *sd > 0.0 && sd.is_finite());
-        matches!(self, Self::Word(_))
-            || means.len() == corrections.len() && are_in_range && sds.is_none_or(are_sds)
+impl Word {
+    /// Returns the value of a correction: `None` if it is to be estimated.
+    fn value(self, which: Correction) -> Option<Measured> {
+        exact(which.neutral()).filter(|_| self == Self::None)
+    }
+}
+
+impl Stated {
+    /// Returns the value of each correction of a key; `None` unless they are as expected.
+    fn values(&self, Key(_, corrections, [low, high], _): &Key) -> Option<Vec<Option<Measured>>> {
+        let (means, sds) = match self {
+            Self::Word(word) => return Some(corrections.iter().map(|which| word.value(*which)).collect()),
+            Self::Exact(values) => (values.each(), vec![None; corrections.len()]),
+            Self::Prior { mean, sd } => (mean.each(), sd.each().iter().copied().map(Some).collect()),
+        };
+        let values = means.iter().zip(&sds).map(|(value, sd)| Some(Measured { value: *value, sd: *sd }));
+        let is_good = [means.len(), sds.len()] == [corrections.len(); 2]
+            && means.iter().all(|mean| (low..=high).contains(&mean))
+            && sds.iter().flatten().all(|sd| *sd > 0.0 && sd.is_finite());
+        is_good.then(|| values.collect())
+    }
+}
+
+impl Camera {
+    pub(crate) fn section(self) -> CameraSection {
+        match self {
+            Self::Label(label) => CameraSection { label: Some(label), ..CameraSection::default() },
+            Self::Section(section) => *section,
+        }
     }
 }
 
@@ -102,21 +140,19 @@ impl CameraSection {
     /// Returns the seconds from the first row of the picture to the last, if the section states
     /// them.
     pub(super) fn readout(&self) -> Option<f64> {
-        if let Some(Stated::Exact(OneOrSeveral::One(seconds))) = self.shutter { Some(seconds) } else { None }
+        self.shutter.and_then(NumberOr::number)
     }
 
     fn statements(&self) -> impl Iterator<Item = (&'static Key, &Stated)> {
-        let Self { scale, aspect, shear, perspective, lens, shutter, parallax, .. } = self;
-        let all = [scale, aspect, shear, perspective, lens, shutter, parallax];
-        let stated = KEYS.iter().zip(all).filter_map(|(key, stated)| Some((key, stated.as_ref()?)));
-        stated.filter(|(key, _)| key.0 != "shutter" || self.readout().is_none())
+        let all = [&self.scale, &self.aspect, &self.shear, &self.perspective, &self.lens];
+        KEYS.iter().zip(all).filter_map(|(key, stated)| Some((key, stated.as_ref()?)))
     }
 
     pub(super) fn check(&self, source: &Source) {
-        for (Key(name, .., expected), _) in self.statements().filter(|(key, stated)| !stated.is_good(key)) {
-            let path = format!("camera.{name}");
-            let expected = format!("\"auto\", \"none\" or {expected}, and sd above 0");
-            source.add(&Fault::new(&path, source.written(&path), expected));
+        for (key, _) in self.statements().filter(|(key, stated)| stated.values(key).is_none()) {
+            let expected = format!("\"auto\", \"none\" or {}, and sd above 0", key.3);
+            let path = format!("camera.{}", key.0);
+            source.add(&[Fault::new(&path, source.written(&path), expected)]);
         }
     }
 
@@ -124,17 +160,18 @@ impl CameraSection {
     /// Motion-capture systems correct positions for their cameras: distortions of one camera are
     /// estimated there only on request.
     pub(super) fn values(&self, is_motion_capture: bool) -> [Option<Measured>; Correction::COUNT] {
-        let exact = |value: f64| Some(Measured { value, sd: None });
         let unstated = |which: Correction| is_motion_capture && which.is_of_one_camera();
         let mut values = Correction::ALL.map(|which| exact(which.neutral()).filter(|_| unstated(which)));
-        for (Key(_, corrections, ..), stated) in self.statements() {
-            let (means, sds) = stated.numbers();
-            for (i, which) in corrections.iter().enumerate() {
-                values[*which as usize] = match stated {
-                    Stated::Word(Word::Auto) => None,
-                    Stated::Word(Word::None) => exact(which.neutral()),
-                    _ => Some(Measured { value: means[i], sd: sds.map(|sds| sds[i]) }),
-                };
+        for (key, stated) in self.statements() {
+            for (which, value) in key.1.iter().zip(stated.values(key).into_iter().flatten()) {
+                values[*which as usize] = value;
+            }
+        }
+        let shutter = self.shutter.and_then(NumberOr::word).map(|word| (word, &SHUTTER[..]));
+        for (word, corrections) in shutter.into_iter().chain(self.parallax.map(|word| (word, &PARALLAX[..])))
+        {
+            for which in corrections {
+                values[*which as usize] = word.value(*which);
             }
         }
         // the centre of a stated lens distortion is the middle of the film
@@ -146,33 +183,4 @@ impl CameraSection {
         (values[Correction::LensX as usize], values[Correction::LensY as usize]) = (axis, axis);
         values
     }
-}
-
-pub(crate) fn schema_of_camera(generator: &mut SchemaGenerator) -> Schema {
-    let either = [generator.subschema_for::<String>(), generator.subschema_for::<CameraSection>()];
-    json_schema!({ "anyOf": either })
-}
-
-pub(crate) fn label_or_section<'de, D: Deserializer<'de>>(
-    deserializer: D,
-) -> Result<CameraSection, D::Error> {
-    struct Either;
-
-    impl<'de> Visitor<'de> for Either {
-        type Value = CameraSection;
-
-        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-            f.write_str("a label, as in camera = \"phone\", or a table, as in [camera] lens = \"none\"")
-        }
-
-        fn visit_str<E: Error>(self, label: &str) -> Result<Self::Value, E> {
-            Ok(CameraSection { label: Some(label.to_owned()), ..CameraSection::default() })
-        }
-
-        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
-            CameraSection::deserialize(MapAccessDeserializer::new(map))
-        }
-    }
-
-    deserializer.deserialize_any(Either)
 }

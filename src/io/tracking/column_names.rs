@@ -1,6 +1,5 @@
 //! `[tracks.columns]`: the file's column for each key.
 
-use std::collections::BTreeMap;
 use std::num::NonZero;
 
 use indexmap::IndexMap;
@@ -8,12 +7,11 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
 use super::units::{AngleUnit, Measure};
-use crate::io::error::did_you_mean;
 use crate::io::toml_file::Source;
 
 /// A column of `[tracks.columns]`, or the unit of angles.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
-#[serde(untagged, expecting = "expected the name of a column, or its number, from 1 on")]
+#[serde(untagged)]
 pub(in crate::io) enum Column {
     Name(String),
     /// Number from 1, for files without names of columns.
@@ -50,18 +48,18 @@ fn keys() -> impl Iterator<Item = String> {
 
 pub(super) fn schema_of_columns(generator: &mut SchemaGenerator) -> Schema {
     let column = generator.subschema_for::<Column>();
-    let properties: BTreeMap<String, Schema> = keys().map(|key| (key, column.clone())).collect();
-    json_schema!({ "type": "object", "properties": properties, "additionalProperties": false })
+    let mut properties: IndexMap<String, Schema> = keys().map(|key| (key, column.clone())).collect();
+    let units = json_schema!({ "type": "string", "enum": AngleUnit::ALL.map(AngleUnit::name) });
+    properties.insert(ANGLE_UNIT.to_owned(), units);
+    let each = ["", "cue_", "object_"];
+    let pairs = each.into_iter().flat_map(|begin| PAIRS.map(|pair| pair.map(|key| format!("{begin}{key}"))));
+    let both = pairs.flat_map(|[one, other]| [(one.clone(), [other.clone()]), (other, [one])]);
+    let both: IndexMap<String, [String; 1]> = both.collect();
+    json_schema!({ "type": "object", "properties": properties, "dependentRequired": both })
 }
 
-/// Complains about unknown keys, and unless the columns make a table, long or wide.
+/// Complains unless the columns make a table, long or wide.
 pub(super) fn check(columns: &Columns, discs: bool, source: &Source) {
-    let known: Vec<String> = keys().collect();
-    for key in columns.keys().filter(|key| !known.contains(key)) {
-        let near = did_you_mean(key, known.iter().map(String::as_str));
-        let message = format!("unknown key \"{key}\"{near}; expected one of {}", known.join(", "));
-        source.wrong(&format!("tracks.columns.{key}"), message);
-    }
     let has = |key: &str| columns.contains_key(key);
     let is_wide = |key: &str| key.starts_with("cue_") || key.starts_with("object_");
     let any_wide = columns.keys().any(|key| is_wide(key));
@@ -91,21 +89,15 @@ pub(super) fn check(columns: &Columns, discs: bool, source: &Source) {
             has_angles && !discs,
             "has angles, which do not show how a ball turns; expected them with [ball] shape = \"disc\" only",
         ),
+        (
+            ["", "cue_", "object_"]
+                .into_iter()
+                .any(|begin| has(&format!("{begin}x2")) && has(&format!("{begin}width"))),
+            "has both x2, y2 and width, height; expected the other corner of the box, or its size",
+        ),
     ];
     if let Some((_, message)) = faults.iter().find(|(is_wrong, _)| *is_wrong) {
         source.wrong("tracks.columns", format!("[tracks.columns] {message}"));
-    }
-    for begin in ["", "cue_", "object_"] {
-        let has = |key: &str| has(&format!("{begin}{key}"));
-        for [one, other] in PAIRS.into_iter().filter(|[one, other]| has(one) != has(other)) {
-            let message = format!("[tracks.columns]: {begin}{one} and {begin}{other} go together");
-            source.wrong("tracks.columns", message);
-        }
-        let message = "[tracks.columns] has both x2, y2 and width, height; expected the other corner of the box, or its size";
-        source.wrong_if(has("x2") && has("width"), "tracks.columns", message);
-    }
-    if columns.contains_key(ANGLE_UNIT) && angle_unit(columns).is_none() {
-        source.wrong("tracks.columns.angle_unit", "angle_unit is another word than \"rad\" or \"deg\"");
     }
 }
 

@@ -43,16 +43,17 @@ use units::Unit;
 
 use super::check_unique;
 use super::error::Problems;
-use super::manifest::Manifest;
-use super::rows::StatedSpin;
+use super::manifest::{Manifest, StatedSpin};
 use super::toml_file::Source;
 use crate::measurement::dataset::Tracks;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 
+#[cfg(feature = "report")]
 pub(super) use column_names::Column;
+#[cfg(feature = "report")]
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
-pub(super) use survey::Guess;
+#[cfg(feature = "report")]
 pub(crate) use survey::{Survey, survey};
 
 /// Least number of shots that a core gets at a time.
@@ -97,7 +98,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     let are_whole = problems.is_empty();
     names::pair(&mut shots, settings, &notes);
     table.name_by_file(&mut shots);
-    if settings.has_unknown_rate() && table.has_rates() {
+    if settings.video.has_unknown_rate() && table.has_rates() {
         let message = "[video] capture_fps is \"unknown\", but the table of shots states capture_fps; expected it for all \
                        shots or for none";
         problems.add(path, None, None, message);
@@ -123,7 +124,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     }
     let mut lines = settings.notes.clone();
     lines.append(&mut notes.into_lines());
-    lines.extend(table.note());
+    lines.extend(table.note.clone());
     Tracks {
         left_out,
         notes: lines,

@@ -6,35 +6,25 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::calibration::{Calibration, Point, ReadOut, homography};
-use super::camera::{CameraSection, OneOrSeveral};
+use super::camera::{CameraSection, NumberOr, OneOrSeveral};
 use super::column_names::{self, Columns, schema_of_columns};
 use super::units::{TimeUnit, Unit};
-use crate::io::toml_file::{Rule, Source};
-use crate::measurement::fault::POSITIVE;
+use crate::io::toml_file::Source;
 use crate::physics::name::worded;
 
-const RULES: [Rule; 2] = [
-    (POSITIVE, "video.capture_fps video.playback_fps video.capture_fps_sd video.row_readout_s video.rows"),
-    (POSITIVE, "camera.shutter scale.m_per_px scale.sd tracks.position_sd_m"),
-];
-
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
 pub(crate) struct VideoSection {
-    capture_fps: Option<Rate>,
+    capture_fps: Option<NumberOr<UnknownRate>>,
     /// Standard deviation of capture_fps, frames/s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     capture_fps_sd: Option<f64>,
     /// The rate that the file's times follow, if it is not the camera's.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) playback_fps: Option<f64>,
+    #[schemars(extend("exclusiveMinimum" = 0))]
     row_readout_s: Option<f64>,
+    #[schemars(extend("exclusiveMinimum" = 0))]
     rows: Option<f64>,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
-#[serde(untagged, expecting = "expected a number, without quotation marks, or for discs \"unknown\"")]
-enum Rate {
-    Fps(f64),
-    Word(UnknownRate),
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
@@ -45,17 +35,18 @@ enum UnknownRate {
 
 impl VideoSection {
     pub(crate) fn has_unknown_rate(&self) -> bool {
-        matches!(self.capture_fps, Some(Rate::Word(_)))
+        matches!(self.capture_fps, Some(NumberOr::Word(_)))
     }
 }
 
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
 pub(crate) struct ScaleSection {
     length_unit: Option<Unit>,
+    #[schemars(extend("exclusiveMinimum" = 0))]
     m_per_px: Option<f64>,
     from: Option<Ruler>,
     /// Relative standard deviation of the scale.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) sd: Option<f64>,
     y_axis: Option<YAxis>,
     #[serde(default)]
@@ -77,7 +68,6 @@ enum YAxis {
 }
 
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
 pub(crate) struct TracksSection {
     #[serde(default)]
     pub(super) format: Format,
@@ -86,6 +76,7 @@ pub(crate) struct TracksSection {
     cue_markers: Option<Names>,
     object_markers: Option<Names>,
     shots: Option<String>,
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) position_sd_m: Option<f64>,
     pub(super) time_unit: Option<TimeUnit>,
     #[serde(default)]
@@ -168,11 +159,7 @@ pub(crate) struct TrackSettings {
 impl TrackSettings {
     /// Returns the frame rate of the camera; one frame a second if it is stated as unknown (discs).
     pub(super) fn fps(&self) -> Option<f64> {
-        self.video.capture_fps.map(|rate| if let Rate::Fps(fps) = rate { fps } else { 1.0 })
-    }
-
-    pub(crate) fn has_unknown_rate(&self) -> bool {
-        self.video.has_unknown_rate()
+        self.video.capture_fps.map(|rate| rate.number().unwrap_or(1.0))
     }
 
     /// Returns the relative standard deviation of the frame rate.
@@ -213,12 +200,10 @@ impl TrackSettings {
 
     /// Checks the sections, whose problems are added to those of the source, and derives the rest.
     pub(crate) fn checked(mut self, source: &Source) -> Self {
-        source.check(&RULES);
         self.camera.check(source);
         if let Some(columns) = &self.tracks.columns {
             column_names::check(columns, self.discs, source);
         }
-        source.check_together("tracks");
         let (is_px, has_points) = (self.unit() == Some(Unit::Px), !self.scale.point.is_empty());
         let is_up = self.scale.y_axis.map(|axis| axis == YAxis::Up);
         let seconds = self.video.row_readout_s.or(self.camera.readout());

@@ -9,10 +9,10 @@ use super::input::quoted;
 use super::raw::RawShot;
 use super::settings::{NAMED, Names, TrackSettings};
 use crate::io::error::{Problems, did_you_mean};
-use crate::io::manifest::Assume;
-use crate::io::rows::{self, Numbers, StatedSpin, labels_note};
+use crate::io::manifest::StatedSpin;
+use crate::io::rows::{OMEGA, Rows};
 use crate::io::table::Table;
-use crate::measurement::fault::POSITIVE;
+use crate::measurement::fault::{FINITE, POSITIVE};
 use crate::measurement::spin::Spin;
 
 /// Columns with a meaning; all others are labels.
@@ -55,6 +55,8 @@ pub(super) struct ShotsTable<'a> {
     rows: IndexMap<String, ShotRow>,
     assumed: StatedSpin,
     pub(crate) labels: Vec<String>,
+    /// A note on the columns that are labels.
+    pub(super) note: Option<String>,
 }
 
 struct ShotRow {
@@ -71,27 +73,27 @@ struct ShotRow {
 }
 
 impl<'a> ShotsTable<'a> {
-    pub(super) fn read(path: Option<&Path>, assume: Option<Assume>, problems: &'a Problems) -> Self {
+    pub(super) fn read(path: Option<&Path>, assumed: StatedSpin, problems: &'a Problems) -> Self {
         let table = path.and_then(|path| Table::read(path, problems));
         let path = path.map(Path::to_path_buf).unwrap_or_default();
-        let assumed = StatedSpin::of(assume);
-        let mut all = Self { path, problems, rows: IndexMap::new(), assumed, labels: Vec::new() };
+        let mut all = Self { path, problems, rows: IndexMap::new(), assumed, labels: Vec::new(), note: None };
         let Some(table) = table else { return all };
-        rows::check_names(&table, &KNOWN, "shot");
-        let spins = rows::stated_spins(&table, rows::OMEGA, assume);
-        let numbers = Numbers::read(&table, [("capture_fps", 1.0, POSITIVE)]);
-        let labels = table.names().filter(|name| !KNOWN.contains(name) && !name.ends_with("_sd"));
-        all.labels = labels.map(str::to_string).collect();
+        let columns =
+            OMEGA.map(|name| (name, 1.0, FINITE)).into_iter().chain([("capture_fps", 1.0, POSITIVE)]);
+        let rows = Rows::read(&table, &KNOWN, columns, "shot");
+        let spins = rows.spins(OMEGA, assumed);
+        all.labels = rows.labels().map(str::to_string).collect();
+        all.note = rows.note(None);
         for row in 0..table.rows() {
             let Some(shot) = table.text("shot", row) else { continue };
             let read = ShotRow {
                 line: table.line(row),
                 skip: skip(&table, row),
-                spin: spins.get(row).copied().flatten(),
+                spin: spins[row],
                 file: table.text("file", row).map(str::to_string),
-                labels: rows::labels(&table, &KNOWN, row),
+                labels: rows.labels_at(row),
                 names: NAMED.map(|column| names(&table, row, column)),
-                capture_fps: numbers.at("capture_fps", row).map(|rate| rate.value).filter(|rate| *rate > 0.0),
+                capture_fps: rows.at("capture_fps", row).map(|rate| rate.value).filter(|rate| *rate > 0.0),
             };
             if let Some(ShotRow { line, .. }) = all.rows.insert(shot.to_string(), read) {
                 let message = format!("\"{shot}\" also stands in line {line}; expected each shot once");
@@ -99,10 +101,6 @@ impl<'a> ShotsTable<'a> {
             }
         }
         all
-    }
-
-    pub(super) fn note(&self) -> Option<String> {
-        labels_note(&self.path, &self.labels)
     }
 
     pub(super) fn skip(&self, shot: &str) -> Option<&str> {

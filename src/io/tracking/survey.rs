@@ -68,7 +68,7 @@ pub(crate) fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
 
 fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
     let problems = Problems::new("");
-    let source = Source { path: file, text: "", problems: &problems };
+    let source = Source::new(file, "", &problems);
     let settings = TrackSettings { discs: guess.has_angles(), ..TrackSettings::default() };
     let mut settings = settings.checked(&source);
     settings.tracks.columns = guess.certain();

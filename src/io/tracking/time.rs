@@ -32,7 +32,7 @@ pub(super) fn convert(
     log: Log,
 ) -> Result<f64, String> {
     let (clock, playback_fps) = (shot.clock, settings.video.playback_fps);
-    if settings.has_unknown_rate() && (clock.unit != Some(TimeUnit::Frames) || clock.fps.is_some()) {
+    if settings.video.has_unknown_rate() && (clock.unit != Some(TimeUnit::Frames) || clock.fps.is_some()) {
         let message = "[video] capture_fps is \"unknown\", but this file has times; expected frame numbers, or no capture_fps";
         return Err(message.to_string());
     }
