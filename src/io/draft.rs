@@ -4,8 +4,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
-use minijinja::syntax::SyntaxConfig;
-use minijinja::{Environment, Error, Value as Values, context};
+use minijinja::{Value as Values, context};
 use toml::Value;
 
 use super::Survey;
@@ -15,6 +14,7 @@ use super::text::{decode, filled_lines};
 use super::tracking::shots_table::KNOWN;
 use super::tracking::{Column, metres};
 use crate::measurement::number::count_of;
+use crate::words::Sentences;
 
 /// The dataset.toml. A comment behind a tab is aligned; a line behind > is a finding. A key behind #
 /// is to be stated by the user, who must do so if its comment says FILL IN.
@@ -177,15 +177,8 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
         columns_of_shots => KNOWN[1..].join(", "),
         ..context! { ..lengths(&surveys, draft.are_discs), ..tracks_of(&surveys, &tracks) }
     };
-    draft.add(&filled(values).unwrap_or_else(|error| error.to_string()));
+    draft.add(&Sentences::of(TEMPLATE).sentence(values));
     Ok(draft)
-}
-
-/// Returns the template with values for its names.
-fn filled(values: Values) -> Result<String, Error> {
-    let mut environment = Environment::new();
-    environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
-    environment.render_str(TEMPLATE, values)
 }
 
 /// Returns the names of the tracks of all files, each with the part of the time at which it moves.

@@ -3,9 +3,7 @@
 
 pub(crate) mod balls;
 pub(crate) mod cases;
-#[cfg(feature = "report")]
 pub(crate) mod draft;
-#[cfg(feature = "report")]
 mod draft_files;
 pub(crate) mod error;
 mod fit_section;
@@ -32,7 +30,6 @@ use crate::measurement::dataset::{Dataset, Shot};
 pub use error::{DatasetError, Problem};
 pub use manifest::Kind;
 pub use positions::positions;
-#[cfg(feature = "report")]
 pub(crate) use tracking::{Survey, survey};
 
 /// Loads a data set from a folder that holds a dataset.toml, or from the path of such a file.

@@ -49,11 +49,8 @@ use crate::measurement::dataset::Tracks;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 
-#[cfg(feature = "report")]
 pub(super) use column_names::Column;
-#[cfg(feature = "report")]
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
-#[cfg(feature = "report")]
 pub(crate) use survey::{Survey, survey};
 
 /// Least number of shots that a core gets at a time.
