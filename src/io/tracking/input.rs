@@ -42,11 +42,8 @@ impl Input<'_> {
     /// Returns the column to be read, and whether it holds numbers of frames: these are preferred
     /// if the frame rate is stated, since they cannot follow a wrong one.
     pub(super) fn frame_or_time<T>(&self, frame: Option<T>, time: Option<T>) -> Option<(T, bool)> {
-        match (frame, time) {
-            (Some(frame), None) => Some((frame, true)),
-            (Some(frame), Some(_)) if self.settings.fps().is_some() => Some((frame, true)),
-            (_, time) => Some((time?, false)),
-        }
+        let frame = frame.filter(|_| time.is_none() || self.settings.fps().is_some());
+        frame.map(|frame| (frame, true)).or(time.map(|time| (time, false)))
     }
 }
 

@@ -35,10 +35,15 @@ pub(crate) const KNOWN: [&str; 13] = [
 /// Separator of several names of tracks in a cell.
 const BETWEEN: char = ';';
 
-/// Statements of the table of shots, or else of dataset.toml, about a shot.
-#[derive(Clone, Debug, Default)]
+/// Statements about a shot: those of its row or, for empty cells and without a row, of dataset.toml.
+#[derive(Clone)]
 pub(super) struct Facts {
-    pub(crate) spin: Spin,
+    line: usize,
+    /// The reason, if the shot is to be skipped.
+    pub(crate) skip: Option<String>,
+    pub(crate) stated: StatedSpin,
+    /// The file that holds the shot, as written.
+    file: Option<String>,
     pub(crate) labels: BTreeMap<String, String>,
     /// Names of tracks, in the order of [`NAMED`].
     pub(crate) names: [Names; 4],
@@ -47,98 +52,89 @@ pub(super) struct Facts {
     pub(crate) capture_fps: Option<f64>,
 }
 
-/// The rows of the table, and the defaults of shots without a row.
+impl Facts {
+    /// Returns the spin, which is unknown if it is not stated, or until markers show it.
+    pub(super) fn spin(&self) -> Spin {
+        if let StatedSpin::Is(spin) = self.stated { spin } else { Spin::Unknown }
+    }
+}
+
+/// The rows of the table by the names of shots, in the order of the file.
 pub(super) struct ShotsTable<'a> {
     path: PathBuf,
     problems: &'a Problems,
-    /// The rows by the names of shots, in the order of the file.
-    rows: IndexMap<String, ShotRow>,
-    assumed: StatedSpin,
+    rows: IndexMap<String, Facts>,
+    /// The facts of shots without a row.
+    others: Facts,
     pub(crate) labels: Vec<String>,
-}
-
-struct ShotRow {
-    line: usize,
-    /// The reason, if the shot is to be skipped.
-    skip: Option<String>,
-    /// `None`: the statement is wrong.
-    spin: Option<StatedSpin>,
-    /// The file that holds the shot, as written.
-    file: Option<String>,
-    labels: BTreeMap<String, String>,
-    names: [Option<Names>; 4],
-    capture_fps: Option<f64>,
+    pub(crate) has_rates: bool,
 }
 
 impl<'a> ShotsTable<'a> {
-    pub(super) fn read(path: Option<&Path>, assume: Option<Assume>, problems: &'a Problems) -> Self {
+    pub(super) fn read(settings: &TrackSettings, assume: Option<Assume>, problems: &'a Problems) -> Self {
+        let path = settings.shots.as_deref();
         let table = path.and_then(|path| Table::read(path, problems));
         let path = path.map(Path::to_path_buf).unwrap_or_default();
-        let assumed = StatedSpin::of(assume);
-        let mut all = Self { path, problems, rows: IndexMap::new(), assumed, labels: Vec::new() };
-        let Some(table) = table else { return all };
-        rows::check_names(&table, &KNOWN, "shot");
-        let spins = rows::stated_spins(&table, rows::OMEGA, assume);
-        let numbers = Numbers::read(&table, [("capture_fps", 1.0, POSITIVE)]);
-        let labels = table.names().filter(|name| !KNOWN.contains(name) && !name.ends_with("_sd"));
-        all.labels = labels.map(str::to_string).collect();
-        for row in 0..table.rows() {
-            let Some(shot) = table.text("shot", row) else { continue };
-            let read = ShotRow {
-                line: table.line(row),
-                skip: skip(&table, row),
-                spin: spins.get(row).copied().flatten(),
-                file: table.text("file", row).map(str::to_string),
-                labels: rows::labels(&table, &KNOWN, row),
-                names: NAMED.map(|column| names(&table, row, column)),
-                capture_fps: numbers.at("capture_fps", row).map(|rate| rate.value).filter(|rate| *rate > 0.0),
-            };
-            if let Some(ShotRow { line, .. }) = all.rows.insert(shot.to_string(), read) {
-                let message = format!("\"{shot}\" also stands in line {line}; expected each shot once");
-                table.wrong(row, "shot", message);
+        let mut others = Facts {
+            line: 0,
+            skip: None,
+            stated: StatedSpin::of(assume),
+            file: None,
+            labels: BTreeMap::new(),
+            names: settings.names.clone(),
+            names_balls: false,
+            capture_fps: settings.fps(),
+        };
+        let (mut rows, mut labels, mut has_rates) = (IndexMap::new(), Vec::new(), false);
+        if let Some(table) = table {
+            rows::check_names(&table, &KNOWN, "shot");
+            let spins = rows::stated_spins(&table, rows::OMEGA, assume);
+            let numbers = Numbers::read(&table, [("capture_fps", 1.0, POSITIVE)]);
+            let own = table.names().filter(|name| !KNOWN.contains(name) && !name.ends_with("_sd"));
+            labels = own.map(str::to_string).collect();
+            others.labels = labels.iter().map(|label| (label.clone(), String::new())).collect();
+            for row in 0..table.rows() {
+                let Some(shot) = table.text("shot", row) else { continue };
+                let names = NAMED.map(|column| names(&table, row, column));
+                let rate = numbers.at("capture_fps", row).map(|rate| rate.value).filter(|rate| *rate > 0.0);
+                has_rates |= rate.is_some();
+                let facts = Facts {
+                    line: table.line(row),
+                    skip: skip(&table, row),
+                    // a wrong one was reported
+                    stated: spins.get(row).copied().flatten().unwrap_or(others.stated),
+                    file: table.text("file", row).map(str::to_string),
+                    labels: rows::labels(&table, &KNOWN, row),
+                    names_balls: names[..2].iter().any(Option::is_some),
+                    names: [0, 1, 2, 3].map(|i| names[i].as_ref().unwrap_or(&others.names[i]).clone()),
+                    capture_fps: rate.or(others.capture_fps),
+                };
+                if settings.discs && !matches!(facts.spin(), Spin::Stun | Spin::Unknown) {
+                    let message = "discs do not roll; expected stun (no disc turns before the impact) or unknown: points on the discs \
+                                   show how they turn";
+                    table.wrong(row, "cue_spin", message);
+                }
+                if let Some(Facts { line, .. }) = rows.insert(shot.to_string(), facts) {
+                    let message = format!("\"{shot}\" also stands in line {line}; expected each shot once");
+                    table.wrong(row, "shot", message);
+                }
             }
         }
-        all
+        Self { path, problems, rows, others, labels, has_rates }
     }
 
     pub(super) fn note(&self) -> Option<String> {
         labels_note(&self.path, &self.labels)
     }
 
-    pub(super) fn skip(&self, shot: &str) -> Option<&str> {
-        self.rows.get(shot)?.skip.as_deref()
-    }
-
-    /// Returns the statement about the spin of a shot; a wrong one was reported, and counts as that
-    /// of dataset.toml.
-    pub(super) fn spin(&self, shot: &str) -> StatedSpin {
-        self.rows.get(shot).and_then(|row| row.spin).unwrap_or(self.assumed)
-    }
-
-    /// Returns the facts of a shot; the spin is unknown if it is not stated, or until markers show
-    /// it.
-    pub(super) fn facts(&self, shot: &str, settings: &TrackSettings) -> Facts {
-        let spin = if let StatedSpin::Is(spin) = self.spin(shot) { spin } else { Spin::Unknown };
-        let all = || self.labels.iter().map(|label| (label.clone(), String::new()));
-        let row = self.rows.get(shot);
-        let name = |i: usize| row.and_then(|row| row.names[i].as_ref()).unwrap_or(&settings.names[i]).clone();
-        Facts {
-            spin,
-            labels: row.map_or_else(|| all().collect(), |row| row.labels.clone()),
-            names: [0, 1, 2, 3].map(name),
-            names_balls: row.is_some_and(|row| row.names[..2].iter().any(Option::is_some)),
-            capture_fps: row.and_then(|row| row.capture_fps).or(settings.fps()),
-        }
-    }
-
-    pub(super) fn has_rates(&self) -> bool {
-        self.rows.values().any(|row| row.capture_fps.is_some())
+    pub(super) fn facts(&self, shot: &str) -> &Facts {
+        self.rows.get(shot).unwrap_or(&self.others)
     }
 
     /// Gives shots the names that the table has for their files.
     pub(super) fn name_by_file(&self, raw: &mut [RawShot]) {
         let mut named: HashMap<usize, usize> = HashMap::new();
-        for (name, ShotRow { line, file, .. }) in &self.rows {
+        for (name, Facts { line, file, .. }) in &self.rows {
             let Some(file) = file else { continue };
             let of_file: Vec<usize> = (0..raw.len()).filter(|i| raw[*i].file.ends_with(file)).collect();
             let own = of_file.iter().copied().find(|i| raw[*i].name == *name);
