@@ -6,7 +6,7 @@ use super::input::{Input, Subject};
 use super::layout::{Block, Body, Layout};
 use super::raw::Clock;
 use super::settings::Format;
-use super::units::{TimeUnit, Unit};
+use super::units::Unit;
 use super::words::{BALLS, Kind, SHOTS, boxes, find, pairs};
 use crate::io::number::{parse, value};
 use crate::io::rows::near_miss;
@@ -224,7 +224,7 @@ fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
     let block = Block::below(&heading, bodies);
     let time = frame.map(|frame| (frame, true)).or(time.map(|time| (time, false)));
     let layout = Layout::new(Format::Qualisys, heading, vec![block], time, input);
-    let clock = Clock { fps: Some(fps), ..Clock::of(TimeUnit::Frames) };
+    let clock = Clock { fps: Some(fps), ..layout.clock };
     Some(Layout { unit: Some(Unit::Mm), clock, ..layout })
 }
 

@@ -1,7 +1,8 @@
 //! A file that is read, and the lists of problems and notes.
 
 use std::cell::RefCell;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use indexmap::IndexMap;
 
@@ -19,7 +20,7 @@ pub(super) struct Context<'a> {
 /// A file for a reader, with the settings and the lists of problems and notes.
 #[derive(Clone, Copy)]
 pub(super) struct Input<'a> {
-    pub(crate) file: &'a Path,
+    pub(crate) file: &'a Arc<PathBuf>,
     pub(crate) text: &'a str,
     /// Name of the file without its ending: the default name of its shot.
     pub(crate) stem: &'a str,
@@ -54,6 +55,14 @@ pub(super) fn stem(file: &Path) -> String {
 pub(super) fn quoted<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> String {
     let quoted: Vec<String> = names.into_iter().map(|name| format!("\"{}\"", name.as_ref())).collect();
     quoted.join(", ")
+}
+
+/// Returns the first of these names, and the number of the others.
+pub(super) fn listed<S: AsRef<str>>(names: &[S]) -> String {
+    const MAX_NAMED: usize = 12;
+    let others = names.len().saturating_sub(MAX_NAMED);
+    let others = if others > 0 { format!(" and {others} more") } else { String::new() };
+    quoted(names.iter().take(MAX_NAMED)) + &others
 }
 
 /// Subject of a note, in the order of the list.

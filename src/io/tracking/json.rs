@@ -1,6 +1,5 @@
 //! JSON as tools in the browser save it: an array of shots, each with balls, each with samples.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use indexmap::IndexMap;
@@ -56,7 +55,7 @@ fn get_cell(object: &Object, keys: &[&str]) -> Option<String> {
 /// Returns the shots of a file; `None` with a problem.
 pub(super) fn read(input: &Input) -> Option<Vec<RawShot>> {
     let line_ends = input.text.match_indices('\n').map(|(at, _)| at).collect();
-    let shots = File { input, path: Arc::new(input.file.to_path_buf()), line_ends }.read()?;
+    let shots = File { input, line_ends }.read()?;
     let message = format!("read as JSON, {}", count_of(shots.len(), "shot"));
     input.log.add(Subject::Format, None, message);
     Some(shots)
@@ -64,7 +63,6 @@ pub(super) fn read(input: &Input) -> Option<Vec<RawShot>> {
 
 struct File<'t> {
     input: &'t Input<'t>,
-    path: Arc<PathBuf>,
     line_ends: Vec<usize>,
 }
 
@@ -142,7 +140,7 @@ impl File<'_> {
             clock.fps = Some(known).filter(|_| clock.unit == Some(TimeUnit::Frames));
         }
         let line = tracks.iter().map(RawTrack::line).min().unwrap_or_default();
-        let file = Arc::clone(&self.path);
+        let file = Arc::clone(self.input.file);
         let mut shot = RawShot { name, file, line, clock, unit: None, times: Vec::new(), tracks };
         shot.regrid();
         Some(shot)

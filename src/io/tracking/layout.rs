@@ -2,7 +2,7 @@
 //! files by it.
 
 use super::heading::Heading;
-use super::input::{Input, Subject, quoted};
+use super::input::{Input, Subject, listed, quoted};
 use super::raw::Clock;
 use super::settings::Format;
 use super::units::{AngleUnit, Measure, TimeUnit, Unit};
@@ -151,8 +151,6 @@ impl Layout {
 
     /// Notes how a file is read, and which of its columns are not.
     pub(super) fn note(&self, input: &Input) {
-        /// Maximum number of columns listed.
-        const MAX_NAMED: usize = 12;
         let Heading { names, separator, above, .. } = &self.heading;
         let (format, separator, first) = (self.format.shown(), separator.name(), above + 1);
         let mut message = format!("read as {format}, {separator} between cells, rows from line {first} on");
@@ -169,10 +167,7 @@ impl Layout {
         };
         let passed: Vec<&String> = names.iter().enumerate().filter(is_passed).map(|(_, name)| name).collect();
         if !passed.is_empty() {
-            let more = passed.len().saturating_sub(MAX_NAMED);
-            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-            let listed = quoted(passed.into_iter().take(MAX_NAMED));
-            message += &format!("; columns passed over: {listed}{more}");
+            message += &format!("; columns passed over: {}", listed(&passed));
         }
         if self.format == Format::Kinovea {
             message += "; coordinates of its kinematics window are filtered, which smears an impact: export the trajectories";

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use super::input::{Log, Notes, Subject, quoted, stem};
+use super::input::{Log, Notes, Subject, listed, stem};
 use super::raw::{RawShot, RawTrack, Role};
 use super::repair::Wrong;
 use super::settings::{NAMED, Names, TrackSettings};
@@ -18,8 +18,7 @@ pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], log: Log) -> Result<
     let RawShot { tracks, line, .. } = raw;
     let mut there: Vec<String> = tracks.iter().map(|track| shortened(&track.name)).collect();
     there.dedup();
-    there.truncate(12);
-    let (there, mut wrong) = (quoted(there), Vec::new());
+    let (there, mut wrong) = (listed(&there), Vec::new());
     for ((which, key), names) in NAMED.into_iter().enumerate().zip(names) {
         let (ball, is_marker) = (which % 2, which > 1);
         for (order, name) in names.0.iter().enumerate() {

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::formats::FORMATS;
 use super::heading::{Heading, TITLES, headings};
@@ -35,8 +36,9 @@ pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked
         problems.add(file, None, None, TRACKER_PROJECT);
         return None;
     }
-    let stem = stem(file);
-    let mut tracked = as_written(&Input { file, text: &text, stem: &stem, settings, problems, log })?;
+    let (stem, file) = (stem(file), Arc::new(file.to_path_buf()));
+    let input = Input { file: &file, text: &text, stem: &stem, settings, problems, log };
+    let mut tracked = as_written(&input)?;
     tracked.shots = pieces::clips(tracked.shots, settings, alone, log);
     for shot in &mut tracked.shots {
         pieces::join(shot, settings, log);
@@ -71,8 +73,8 @@ fn as_written(input: &Input) -> Option<Tracked> {
 fn by_layout(layout: &Layout, input: &Input) -> Tracked {
     layout.note(input);
     let mut shots = reader::read(input, layout);
-    for shot in shots.iter_mut().filter(|_| layout.format == Format::Qualisys) {
-        count_frames(shot, layout, input);
+    if layout.format == Format::Qualisys {
+        shots.iter_mut().for_each(|shot| begin_at_zero(shot, input));
     }
     if layout.is_of_paths() {
         pieces::follow(&mut shots, input);
@@ -80,15 +82,10 @@ fn by_layout(layout: &Layout, input: &Input) -> Tracked {
     Tracked { shots, format: layout.format }
 }
 
-/// Counts the frames of Qualisys from the first row on, and turns positions at 0, 0 into gaps.
-fn count_frames(shot: &mut RawShot, layout: &Layout, input: &Input) {
-    shot.clock = layout.clock;
-    let fps = layout.clock.fps.unwrap_or_default();
+/// Counts the times of Qualisys from the first row on, and turns positions at 0, 0 into gaps.
+fn begin_at_zero(shot: &mut RawShot, input: &Input) {
     let first = shot.times.first().copied().unwrap_or_default();
-    let is_in_seconds = layout.time.is_some_and(|column| layout.heading.names[column] == "Time");
-    // times are rounded to digits
-    let frame = |time: &f64| if is_in_seconds { ((time - first) * fps).round() } else { time - first };
-    shot.set_times(shot.times.iter().map(frame).collect());
+    shot.set_times(shot.times.iter().map(|time| time - first).collect());
     for RawTrack { name, rows, .. } in &mut shot.tracks {
         for row in rows.iter_mut().filter(|row| row.place == [0.0, 0.0]) {
             row.lose();

@@ -1,7 +1,6 @@
 //! Reading of a file's rows to shots and tracks, for all formats.
 
 use std::borrow::Cow;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use indexmap::IndexMap;
@@ -24,7 +23,8 @@ const LIKELY: f64 = 0.6;
 /// Reads the rows of a file. Skips comments (`#`) and blank lines; reports rows with a wrong number
 /// of cells.
 pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
-    let mut reader = Reader::new(input, layout);
+    let (times, positions, shots) = (Mark::default(), Mark::default(), IndexMap::new());
+    let mut reader = Reader { input, layout, times, positions, clock: None, shots, trackless: None };
     let limit = input.problems.len() + MAX_PROBLEMS;
     for (line, text) in lines(input.text).take_while(|_| input.problems.len() < limit) {
         let content = text.trim_start();
@@ -74,7 +74,6 @@ fn with_width<'a>(mut cells: Vec<Cow<'a, str>>, layout: &Layout) -> Result<Vec<C
 struct Reader<'a> {
     input: &'a Input<'a>,
     layout: &'a Layout,
-    file: Arc<PathBuf>,
     times: Mark,
     positions: Mark,
     /// How the first time is written, with its line: as that of a clock or, `None`, as a number.
@@ -85,20 +84,7 @@ struct Reader<'a> {
     trackless: Option<usize>,
 }
 
-impl<'a> Reader<'a> {
-    fn new(input: &'a Input, layout: &'a Layout) -> Self {
-        Self {
-            input,
-            layout,
-            file: Arc::new(input.file.to_path_buf()),
-            times: Mark::default(),
-            positions: Mark::default(),
-            clock: None,
-            shots: IndexMap::new(),
-            trackless: None,
-        }
-    }
-
+impl Reader<'_> {
     fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body]) {
         let Input { file, problems, stem, log, .. } = *self.input;
         let layout = self.layout;
@@ -161,7 +147,7 @@ impl<'a> Reader<'a> {
     /// Returns the index of a shot, which is begun unless it is known.
     fn shot(&mut self, name: &str, line: usize) -> usize {
         self.shots.get_index_of(name).unwrap_or_else(|| {
-            let (file, Layout { clock, unit, .. }) = (Arc::clone(&self.file), self.layout);
+            let (file, Layout { clock, unit, .. }) = (Arc::clone(self.input.file), self.layout);
             let (times, tracks) = (Vec::new(), Vec::new());
             let shot =
                 RawShot { name: name.to_string(), file, line, clock: *clock, unit: *unit, times, tracks };

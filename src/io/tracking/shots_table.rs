@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
 
-use super::input::quoted;
+use super::input::listed;
 use super::raw::RawShot;
 use super::settings::{NAMED, Names, TrackSettings};
 use crate::io::error::{Problems, did_you_mean};
@@ -153,7 +153,8 @@ impl<'a> ShotsTable<'a> {
                     format!("\"{file}\" is also the file of line {line}; expected each shot once")
                 }
                 (many, None) => {
-                    let names = quoted(many.iter().take(12).map(|i| &raw[*i].name));
+                    let names: Vec<&String> = many.iter().map(|i| &raw[*i].name).collect();
+                    let names = listed(&names);
                     format!(
                         "\"{file}\" holds no shot \"{name}\"; expected one of its shots under shot: {names}"
                     )
