@@ -2,7 +2,7 @@
 
 use super::calibration::Calibration;
 use super::discs;
-use super::input::{Log, Notes, Subject};
+use super::input::{Log, Subject};
 use super::names::{assign, number_twins};
 use super::raw::{RawShot, RawTrack, Role, Row, sorted};
 use super::repair::{self, Wrong};
@@ -36,25 +36,19 @@ pub(super) fn shot(
     if settings.discs && !settings.states_balls() && !facts.names_balls {
         discs::find(&raw, &calibration, &mut facts, log).map_err(|wrong| vec![wrong])?;
     }
-    assign(&mut raw, &facts.names, log).map_err(|mut wrong| {
+    if let Err(mut wrong) = assign(&mut raw, &facts.names, log) {
         // wrong names in the table of shots are its fault, not the shot's
-        for wrong in &mut wrong {
-            wrong.is_damage &= !facts.names_balls;
-        }
-        let file = raw.file.clone();
-        let time = time::convert(&mut raw, facts.capture_fps, settings, Notes::default().of(&file));
+        wrong.iter_mut().for_each(|wrong| wrong.is_damage &= !facts.names_balls);
+        let time = time::convert(&mut raw, facts.capture_fps, settings, log);
         wrong.extend(time.err().map(|message| Wrong::input(raw.line, message)));
-        wrong
-    })?;
-    let others: Vec<RawTrack> = raw.tracks.extract_if(.., |track| track.role.is_none()).collect();
-    for other in &others {
+        return Err(wrong);
+    }
+    for other in raw.tracks.extract_if(.., |track| track.role.is_none()) {
         let message = format!("the track \"{}\" is not cue or object; passed over", shortened(&other.name));
         log.add(Subject::Names, other.line(), message);
     }
-    if !others.is_empty() {
-        // without the frames that only they have
-        raw.regrid();
-    }
+    // without the frames that only they have
+    raw.regrid();
     raw.tracks.sort_by_key(|track| track.role);
     of_balls(raw, facts, settings, &calibration, log).map_err(|wrong| vec![wrong])
 }

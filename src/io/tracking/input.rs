@@ -60,9 +60,11 @@ pub(super) fn quoted<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> Strin
 /// Returns the first of these names, and the number of the others.
 pub(super) fn listed<S: AsRef<str>>(names: &[S]) -> String {
     const MAX_NAMED: usize = 12;
-    let others = names.len().saturating_sub(MAX_NAMED);
-    let others = if others > 0 { format!(" and {others} more") } else { String::new() };
-    quoted(names.iter().take(MAX_NAMED)) + &others
+    quoted(names.iter().take(MAX_NAMED)) + &and_more(names.len().saturating_sub(MAX_NAMED))
+}
+
+fn and_more(others: usize) -> String {
+    if others > 0 { format!(" and {others} more") } else { String::new() }
 }
 
 /// Subject of a note, in the order of the list.
@@ -123,8 +125,7 @@ impl Notes {
         let mut lines = Vec::new();
         for notes in notes.chunk_by(|a, b| a.0.0 == b.0.0) {
             for ((_, message), (first, count)) in notes.iter().take(MAX_LISTED) {
-                let others = if *count > 1 { format!(" and {} more", count - 1) } else { String::new() };
-                lines.push(format!("{first}{others}: {message}"));
+                lines.push(format!("{first}{}: {message}", and_more(count - 1)));
             }
             if notes.len() > MAX_LISTED {
                 lines.push(format!("and {} more like this", notes.len() - MAX_LISTED));

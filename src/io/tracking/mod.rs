@@ -32,7 +32,7 @@ mod words;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use input::{Context, Notes, Subject};
+use input::{Context, Notes, Subject, listed};
 use raw::RawShot;
 use rayon::prelude::*;
 use read::Tracked;
@@ -174,13 +174,13 @@ const UNMEASURED: [&str; 2] = [
      cue_markers), or assume = \"natural-roll\", \"stun\" or \"unknown\"",
 ];
 
-/// Complains about the spin of shots, if there are any of these names.
-fn check_spins<'a>(mut shots: impl Iterator<Item = &'a str>, why: [&str; 2], source: &Source) {
-    let Some(first) = shots.next() else { return };
-    let others = shots.count();
-    let others = if others > 0 { format!(" and {others} more") } else { String::new() };
-    let message = format!("{} spin of shot \"{first}\"{others} is not {}", why[0], why[1]);
-    source.problems.add(source.path, None, None, message);
+/// Complains about the spin of these shots, if there are any.
+fn check_spins<'a>(shots: impl Iterator<Item = &'a str>, why: [&str; 2], source: &Source) {
+    let names: Vec<&str> = shots.collect();
+    if !names.is_empty() {
+        let message = format!("{} spin of shot {} is not {}", why[0], listed(&names), why[1]);
+        source.problems.add(source.path, None, None, message);
+    }
 }
 
 /// Finishes shots on all cores, in order. Damaged shots are left out, with name and reason. A fault

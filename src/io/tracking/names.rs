@@ -22,25 +22,23 @@ pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], log: Log) -> Result<
     for ((which, key), names) in NAMED.into_iter().enumerate().zip(names) {
         let (ball, is_marker) = (which % 2, which > 1);
         for (order, name) in names.0.iter().enumerate() {
-            let found = find(tracks, name).map_err(|message| Wrong::input(*line, message));
-            let found = found.and_then(|found| {
-                let free = tracks.iter().filter(|track| track.role.is_none()).count();
-                let apart = if free + order < 2 {
-                    " (one file a ball: their names differ by the ball only, as in kick-A.txt and kick-B.txt)"
-                } else {
-                    ""
-                };
-                // other shots may have both balls
-                found.ok_or_else(|| Wrong::damaged(*line, format!(
-                    "there is no track \"{name}\" ([tracks] {key} = {}); there are: {there}. Expected both balls in one file or \
-                     shot{apart}, and their names in [tracks] cue and object",
-                    names.shown()
-                )))
-            });
-            let i = match found {
-                Ok(i) => i,
-                Err(fault) => {
-                    wrong.push(fault);
+            let i = match find(tracks, name) {
+                Ok(Some(i)) => i,
+                Err(message) => {
+                    wrong.push(Wrong::input(*line, message));
+                    break;
+                }
+                Ok(None) => {
+                    let free = tracks.iter().filter(|track| track.role.is_none()).count();
+                    let hint = " (one file a ball: their names differ by the ball only, as in kick-A.txt and kick-B.txt)";
+                    let message = format!(
+                        "there is no track \"{name}\" ([tracks] {key} = {}); there are: {there}. Expected both balls in one file or \
+                         shot{}, and their names in [tracks] cue and object",
+                        names.shown(),
+                        if free + order < 2 { hint } else { "" }
+                    );
+                    // other shots may have both balls
+                    wrong.push(Wrong::damaged(*line, message));
                     break;
                 }
             };

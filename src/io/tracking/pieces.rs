@@ -96,19 +96,18 @@ fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
 pub(super) fn follow(shots: &mut [RawShot], input: &Input) {
     for shot in shots {
         let rows: Vec<Row> = shot.tracks.iter().flat_map(RawTrack::seen).copied().collect();
-        let mut tracks = vec![RawTrack::default(); 2];
+        let (mut tracks, mut others) = (vec![RawTrack::default(); 2], Vec::new());
         for frame in rows.chunk_by(|a, b| a.time == b.time) {
             let found = nearest([0, 1].map(|ball: usize| tracks[ball].rows.last()), frame);
-            for (i, row) in frame.iter().enumerate() {
-                match found.iter().position(|own| *own == Some(i)) {
-                    Some(ball) => tracks[ball].rows.push(*row),
-                    None => input.log.add(
-                        Subject::Gaps,
-                        row.line,
-                        "a row of another object than the two balls: left out",
-                    ),
-                }
+            others.extend((0..frame.len()).filter(|i| !found.contains(&Some(*i))).map(|i| frame[i].line));
+            for (track, row) in tracks.iter_mut().zip(found) {
+                track.rows.extend(row.map(|row| frame[row]));
             }
+        }
+        if let Some(first) = others.first() {
+            let are = if others.len() == 1 { "row" } else { "rows" };
+            let message = format!("{} {are} of other objects than the two balls: left out", others.len());
+            input.log.add(Subject::Gaps, *first, message);
         }
         shot.tracks = tracks;
         shot.regrid();

@@ -250,15 +250,14 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
         let rest =
             sides.map(|sides| sides.rest).or_else(|| size("width", "height")).or_else(|| size("w", "h"));
         let is_size = sides.is_none_or(|sides| sides.is_size);
-        for (pair, keys) in [
+        for (pair, [x, y]) in [
             (Some(*xy), ["x", "y"]),
             (only(&spreads), ["x_sd", "y_sd"]),
             (only(&markers), ["marker_x", "marker_y"]),
             (rest, if is_size { ["width", "height"] } else { ["x2", "y2"] }),
         ] {
-            keys.iter()
-                .enumerate()
-                .for_each(|(k, key)| add(&format!("{begin}{key}"), pair.map(|pair| pair[k])));
+            add(&format!("{begin}{x}"), pair.map(|pair| pair[0]));
+            add(&format!("{begin}{y}"), pair.map(|pair| pair[1]));
         }
         add(&format!("{begin}angle"), angles.get(i).copied());
         let single = || named_as("likelihood").filter(|_| begins.len() == 1);
