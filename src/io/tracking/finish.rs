@@ -38,7 +38,9 @@ pub(super) fn shot(
     }
     if let Err(mut wrong) = assign(&mut raw, &facts.names, log) {
         // wrong names in the table of shots are its fault, not the shot's
-        wrong.iter_mut().for_each(|wrong| wrong.is_damage &= !facts.names_balls);
+        for wrong in &mut wrong {
+            wrong.is_damage &= !facts.names_balls;
+        }
         let time = time::convert(&mut raw, facts.capture_fps, settings, log);
         wrong.extend(time.err().map(|message| Wrong::input(raw.line, message)));
         return Err(wrong);

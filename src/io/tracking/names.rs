@@ -181,7 +181,9 @@ fn without(stem: &str, ball: &str) -> Option<String> {
 /// Puts the folder before equal names of shots, as of A/1.csv and B/1.csv.
 pub(super) fn name_by_folder(raw: &mut [RawShot], notes: &Notes) {
     let mut counts: HashMap<String, usize> = HashMap::new();
-    raw.iter().for_each(|shot| *counts.entry(shot.name.clone()).or_default() += 1);
+    for shot in raw.iter() {
+        *counts.entry(shot.name.clone()).or_default() += 1;
+    }
     for shot in raw.iter_mut().filter(|shot| counts[&shot.name] > 1) {
         let Some(folder) = shot.file.parent().and_then(Path::file_name) else { continue };
         let message = "files in several folders have equal names: their shots are named with the folder";

@@ -73,8 +73,8 @@ fn as_written(input: &Input) -> Option<Tracked> {
 fn by_layout(layout: &Layout, input: &Input) -> Tracked {
     layout.note(input);
     let mut shots = reader::read(input, layout);
-    if layout.format == Format::Qualisys {
-        shots.iter_mut().for_each(|shot| begin_at_zero(shot, input));
+    for shot in shots.iter_mut().filter(|_| layout.format == Format::Qualisys) {
+        begin_at_zero(shot, input);
     }
     if layout.is_of_paths() {
         pieces::follow(&mut shots, input);
