@@ -21,20 +21,13 @@ impl Place<'_> {
     }
 
     /// Returns the number; every other cell than a number or a gap is a problem.
-    fn read(&self) -> Option<Number> {
+    fn read(&self) -> Option<f64> {
         parse(self.text).unwrap_or_else(|why| {
             let text = shortened(self.text.trim());
             self.wrong(format!("\"{text}\" {why}; expected a finite number or an empty cell"));
             None
         })
     }
-}
-
-/// A number and the decimal mark that it is written with, if any.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Number {
-    pub(crate) value: f64,
-    pub(crate) mark: Option<char>,
 }
 
 /// Words that programs write instead of a missing number, in small letters.
@@ -49,7 +42,7 @@ const LONGEST: usize = 64;
 /// Reads a cell; `None` if it is empty, an error if it is not a number as a whole: sign (`-`, `+`,
 /// U+2212), digits with at most one decimal mark (point or comma), exponent (after e or, as in
 /// Fortran, d).
-pub(crate) fn parse(cell: &str) -> Result<Option<Number>, &'static str> {
+pub(crate) fn parse(cell: &str) -> Result<Option<f64>, &'static str> {
     let cell = cell.trim();
     let is_plain = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit() || b".+-eE".contains(&byte));
     let plain = |c| match c {
@@ -60,26 +53,24 @@ pub(crate) fn parse(cell: &str) -> Result<Option<Number>, &'static str> {
     };
     // most cells are plain, and are not copied
     let text: Cow<str> = if is_plain(cell) { cell.into() } else { cell.chars().map(plain).collect() };
-    let number = text.parse().ok().filter(|_| is_plain(&text));
-    let marks = || cell.chars().filter(|c| ['.', ','].contains(c));
-    match number {
-        Some(value) if f64::is_finite(value) && cell.len() <= LONGEST => {
-            Ok(Some(Number { value, mark: marks().next() }))
-        }
-        None if cell.is_empty() || GAPS.iter().any(|gap| cell.eq_ignore_ascii_case(gap)) => Ok(None),
+    match text.parse().ok().filter(|_| is_plain(&text)) {
         _ if cell.len() > LONGEST => Err("is too long for a number"),
-        _ if is_plain(&text) && marks().count() > 1 => {
+        Some(value) if f64::is_finite(value) => Ok(Some(value)),
+        Some(_) => Err("is not a finite number"),
+        None if cell.is_empty() || GAPS.iter().any(|gap| cell.eq_ignore_ascii_case(gap)) => Ok(None),
+        None if is_plain(&text) && cell.matches(MARKS).count() > 1 => {
             Err("has two decimal marks: export without a mark between thousands")
         }
-        Some(_) => Err("is not a finite number"),
         None => Err("is not a number"),
     }
 }
 
 /// Returns the number that a cell holds, if it holds one.
 pub(crate) fn value(cell: &str) -> Option<f64> {
-    parse(cell).ok().flatten().map(|number| number.value)
+    parse(cell).ok().flatten()
 }
+
+const MARKS: [char; 2] = ['.', ','];
 
 /// The decimal mark of one kind of cells (times, or coordinates): the same in all.
 #[derive(Clone, Debug, Default)]
@@ -98,39 +89,44 @@ pub(crate) struct Mark {
 impl Mark {
     /// Returns the number of a cell, `None` if it is empty or wrong; the latter is a problem.
     pub(crate) fn number(&mut self, cell: Place) -> Option<f64> {
-        let Number { value, mark } = cell.read()?;
-        self.see(mark, cell);
-        Some(value)
-    }
-
-    /// Returns the number of a cell that stands beside these in a unit of its own: it does not show
-    /// whether marks are of thousands.
-    pub(crate) fn beside(&mut self, cell: Place) -> Option<f64> {
-        let Number { value, mark } = cell.read()?;
-        self.check(mark, cell);
-        Some(value)
-    }
-
-    /// Records a cell that holds a number with this mark, if any.
-    pub(crate) fn see(&mut self, mark: Option<char>, cell: Place) {
-        let (line, text) = (cell.line, cell.text.trim());
+        let value = self.beside(cell)?;
+        let text = cell.text.trim();
         let digits = text.strip_prefix(['-', '+', '\u{2212}']).unwrap_or(text);
         let is_group = |text: &str, least: usize| {
             (least..=3).contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_digit())
         };
         let begins_with_0 = digits.starts_with('0');
-        match mark.map(|mark| digits.split_once(mark)) {
+        match digits.split_once(MARKS) {
             None if !begins_with_0 && is_group(digits, 3) => {
-                self.hundreds.get_or_insert_with(|| (line, text.to_string()));
+                self.hundreds.get_or_insert_with(|| (cell.line, text.to_string()));
             }
             None => {}
             // 1,874 or -12,005
-            Some(Some((whole, rest))) if !begins_with_0 && is_group(whole, 1) && is_group(rest, 3) => {
-                self.grouped.get_or_insert_with(|| (line, cell.column.to_string(), text.to_string()));
+            Some((whole, rest)) if !begins_with_0 && is_group(whole, 1) && is_group(rest, 3) => {
+                self.grouped.get_or_insert_with(|| (cell.line, cell.column.to_string(), text.to_string()));
             }
             Some(_) => self.is_decimal = true,
         }
-        self.check(mark, cell);
+        Some(value)
+    }
+
+    /// Returns the number of a cell that stands beside these in a unit of its own: it does not show
+    /// whether marks are of thousands. Complains once about a mark that differs from that of the
+    /// cells above.
+    pub(crate) fn beside(&mut self, cell: Place) -> Option<f64> {
+        let value = cell.read()?;
+        let Some(mark) = cell.text.chars().find(|c| MARKS.contains(c)) else { return Some(value) };
+        let (other, at) = *self.seen.get_or_insert((mark, cell.line));
+        if other != mark && !self.complained {
+            self.complained = true;
+            cell.wrong(format!(
+                "\"{}\" has a decimal {}, but line {at} a decimal {}; expected one of them throughout",
+                cell.text.trim(),
+                word(mark),
+                word(other)
+            ));
+        }
+        Some(value)
     }
 
     /// Complains if 1,874 beside 998 may be 1.874 or 1874.
@@ -147,21 +143,6 @@ impl Mark {
         }
     }
 
-    /// Complains once about a mark that differs from that of the cells above.
-    fn check(&mut self, mark: Option<char>, cell: Place) {
-        let Some(mark) = mark else { return };
-        let (other, at) = *self.seen.get_or_insert((mark, cell.line));
-        if other != mark && !self.complained {
-            self.complained = true;
-            cell.wrong(format!(
-                "\"{}\" has a decimal {}, but line {at} a decimal {}; expected one of them throughout",
-                cell.text.trim(),
-                word(mark),
-                word(other)
-            ));
-        }
-    }
-
     pub(crate) fn is_comma(&self) -> bool {
         self.seen.is_some_and(|(mark, _)| mark == ',')
     }
@@ -173,10 +154,8 @@ fn word(mark: char) -> &'static str {
 
 /// Returns at most 40 characters of a text, for messages.
 pub(crate) fn shortened(text: &str) -> String {
-    if text.chars().count() <= 40 {
-        return text.to_string();
-    }
-    text.chars().take(40).chain(['…']).collect()
+    let end = text.char_indices().nth(40).map(|(end, _)| end);
+    end.map_or(text.to_string(), |end| format!("{}…", &text[..end]))
 }
 
 #[cfg(test)]

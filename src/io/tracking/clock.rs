@@ -29,35 +29,21 @@ pub(super) fn is_clock(cell: &str) -> bool {
 /// Returns the seconds since midnight (or since the clock began), and their notation.
 pub(super) fn seconds(cell: &str) -> Option<(f64, Style)> {
     let (time, is_dated) = without_date(cell.trim());
-    let mut whole: Vec<&str> = time.split(':').collect();
-    let last = whole.pop()?;
-    let (fraction, style) = match last.split_once(['.', ',']) {
-        Some((second, fraction)) if second.len() <= 2 && fraction.len() <= 9 => {
-            whole.push(second);
-            (fraction, Style::Fraction(fraction.len()))
-        }
-        None if is_dated => {
-            whole.push(last);
-            ("0", Style::Fraction(0))
-        }
-        None if (2..=3).contains(&last.len()) => (last, Style::Colon(last.len())),
-        _ => return None,
+    let has_colon = !is_dated && !time.contains(['.', ',']);
+    let (clock, part) = if has_colon {
+        time.rsplit_once(':').filter(|(_, part)| (2..=3).contains(&part.len()))?
+    } else {
+        time.rsplit_once(['.', ',']).unwrap_or((time, ""))
     };
-    let is_number = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
-    let are_parts = whole.iter().all(|part| is_number(part) && part.len() <= 4);
-    if !(are_parts && is_number(fraction) && (2..=3).contains(&whole.len())) {
+    let number = |text: &str| text.parse::<u32>().ok().filter(|_| !text.starts_with('+')).map(f64::from);
+    let parts: Vec<f64> = clock.split(':').map(number).collect::<Option<_>>()?;
+    if !(2..=3).contains(&parts.len()) || parts[1..].iter().any(|part| *part >= 60.0) {
         return None;
     }
-    let mut sum = 0.0;
-    for (i, part) in whole.iter().enumerate() {
-        let number: f64 = part.parse().ok()?;
-        if i > 0 && number >= 60.0 {
-            return None;
-        }
-        sum = sum * 60.0 + number;
-    }
-    let part: f64 = fraction.parse().ok()?;
-    Some((sum + part / 10.0_f64.powi(fraction.len() as i32), style))
+    let style = if has_colon { Style::Colon(part.len()) } else { Style::Fraction(part.len()) };
+    let whole = parts.iter().fold(0.0, |sum, part| 60.0 * sum + part);
+    let fraction = if part.is_empty() { 0.0 } else { number(part)? };
+    Some((whole + fraction / 10.0_f64.powi(part.len() as i32), style))
 }
 
 /// Returns `2024-05-01T12:00:00Z` without the date and the zone, and whether there was a date.
@@ -87,9 +73,9 @@ pub(super) fn count_frames(shots: &mut [RawShot]) -> Option<f64> {
     let step = Some(median(within.collect())).filter(|step| step.is_finite() && !full.is_empty())?;
     let follows = |rate: f64| full.iter().all(|two| rate + two[1].1 - two[0].1 == step);
     let rate = CODE_RATES.into_iter().find(|rate| *rate > last && follows(*rate))?;
-    for time in shots.iter_mut().flat_map(|shot| &mut shot.times) {
-        let (whole, frame) = split(*time);
-        *time = rate * whole + frame;
+    for shot in shots {
+        let number = |(whole, frame): (f64, f64)| rate * whole + frame;
+        shot.set_times(shot.times.iter().map(|time| number(split(*time))).collect());
     }
     Some(rate)
 }

@@ -36,9 +36,6 @@ pub(super) fn layout(input: &Input, wanted: &Columns) -> Option<Layout> {
         };
         bodies.append(&mut Body::of_keys(name, begin, column, angle)?);
     }
-    if !is_wide {
-        time?;
-    }
     if time.is_none() {
         let message = "no column of times: every row is taken as one frame after the row above it";
         input.log.add(Subject::Clock, None, message);

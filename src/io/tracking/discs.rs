@@ -3,7 +3,7 @@
 use super::calibration::Calibration;
 use super::input::{Log, Subject, quoted};
 use super::names;
-use super::raw::{RawShot, RawTrack, Row, span};
+use super::raw::{RawShot, RawTrack, Row, sorted, span};
 use super::repair::Wrong;
 use super::settings::Names;
 use super::shots_table::Facts;
@@ -18,8 +18,8 @@ const MEDIAN_FRAMES: usize = 5;
 /// Largest relative difference of the centre's distances to markers, which are placed by hand.
 const MAX_INEQUALITY: f64 = 0.1;
 
-/// The place of a point in each frame.
-type Path = Vec<Option<[f64; 2]>>;
+/// The place of a point in each frame, NaN in a gap.
+type Path = Vec<[f64; 2]>;
 
 /// Determines the names of both discs, the first to move first, unless tracks are named cue or
 /// object or name their points: each is one track, or three or more that keep their distances. The
@@ -68,15 +68,10 @@ pub(super) fn find(
             None => [names, Vec::new()],
         }
     });
-    let shown = |[centre, markers]: &[Vec<String>; 2]| match (centre.len(), markers.len()) {
-        (1, 0) => quoted(centre),
-        (1, _) => format!("{} (its centre) with {}", quoted(centre), quoted(markers)),
-        _ => format!("{} (on a circle about its centre)", quoted(centre)),
-    };
     let message = format!(
         "[tracks] cue and object are not given: the disc that moves first, taken as cue, is {}; the other is {}",
-        shown(&one),
-        shown(&other)
+        quoted(one.iter().flatten()),
+        quoted(other.iter().flatten())
     );
     log.add(Subject::Names, raw.line, message);
     let ([cue, cue_markers], [object, object_markers]) = (one, other);
@@ -90,10 +85,8 @@ pub(super) fn are_two(shot: &RawShot) -> bool {
     groups(&places(shot, |row| row.place)).len() == 2
 }
 
-/// Returns the places of each track in each frame; `None` in a gap.
 fn places(shot: &RawShot, place: impl Fn(&Row) -> [f64; 2]) -> Vec<Path> {
-    let place = |row: &Row| (!row.is_gap()).then(|| place(row));
-    shot.tracks.iter().map(|track| track.rows.iter().map(place).collect()).collect()
+    shot.tracks.iter().map(|track| track.rows.iter().map(&place).collect()).collect()
 }
 
 /// Returns the groups of three or more points of which every two keep their distance, the most
@@ -121,29 +114,24 @@ fn groups(points: &[Path]) -> Vec<Vec<usize>> {
 }
 
 fn distances(one: &Path, other: &Path) -> Vec<f64> {
-    let both = one.iter().zip(other).filter_map(|(one, other)| (*one).zip(*other));
-    both.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).collect()
+    let all = one.iter().zip(other).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
+    all.filter(|distance| !distance.is_nan()).collect()
 }
 
 fn change(one: &Path, other: &Path) -> f64 {
     let distances = distances(one, other);
-    let mut smooth: Vec<f64> =
-        distances.windows(MEDIAN_FRAMES).map(|window| median(window.to_vec())).collect();
-    smooth.sort_by(f64::total_cmp);
-    let (Some(least), Some(most)) = (smooth.first(), smooth.last()) else { return f64::INFINITY };
+    let smooth = sorted(distances.windows(MEDIAN_FRAMES).map(|window| median(window.to_vec())));
+    let ([least, ..], [.., most]) = (&smooth[..], &smooth[..]) else { return f64::INFINITY };
     (most - least) / smooth[smooth.len() / 2].max(f64::MIN_POSITIVE)
 }
 
 /// Returns the centre of the points on a disc, whose distances to three others or more are equal;
 /// `None` if all are on a circle about it.
 fn central(points: &[&Path]) -> Option<usize> {
-    let distance = |one: &Path, other: &Path| {
-        let all = distances(one, other);
-        if all.is_empty() { f64::INFINITY } else { median(all) }
-    };
+    let distance = |one: &Path, other: &Path| Some(median(distances(one, other))).filter(|d| !d.is_nan());
     let is_like_centre = |i: &usize| {
         let others = (0..points.len()).filter(|j| j != i);
-        let [least, most] = span(others.map(|j| distance(points[*i], points[j])));
+        let [least, most] = span(others.map(|j| distance(points[*i], points[j]).unwrap_or(f64::INFINITY)));
         most.max(0.0) <= (1.0 + MAX_INEQUALITY) * least
     };
     // no circle about a point of the rim meets the rim in three points

@@ -2,7 +2,7 @@
 
 use super::calibration::Calibration;
 use super::discs;
-use super::input::{Log, Notes, Subject};
+use super::input::{Log, Subject};
 use super::names::{assign, number_twins};
 use super::raw::{RawShot, RawTrack, Role, Row, sorted};
 use super::repair::{self, Wrong};
@@ -36,26 +36,21 @@ pub(super) fn shot(
     if settings.discs && !settings.states_balls() && !facts.names_balls {
         discs::find(&raw, &calibration, &mut facts, log).map_err(|wrong| vec![wrong])?;
     }
-    assign(&mut raw, &facts.names, log).map_err(|mut wrong| {
+    if let Err(mut wrong) = assign(&mut raw, &facts.names, log) {
         // wrong names in the table of shots are its fault, not the shot's
         for wrong in &mut wrong {
             wrong.is_damage &= !facts.names_balls;
         }
-        let file = raw.file.clone();
-        let time = time::convert(&mut raw, facts.capture_fps, settings, Notes::default().of(&file));
+        let time = time::convert(&mut raw, facts.capture_fps, settings, log);
         wrong.extend(time.err().map(|message| Wrong::input(raw.line, message)));
-        wrong
-    })?;
-    let others: Vec<RawTrack> = raw.tracks.extract_if(.., |track| track.role.is_none()).collect();
-    for other in &others {
+        return Err(wrong);
+    }
+    for other in raw.tracks.extract_if(.., |track| track.role.is_none()) {
         let message = format!("the track \"{}\" is not cue or object; passed over", shortened(&other.name));
         log.add(Subject::Names, other.line(), message);
     }
-    if !others.is_empty() {
-        // without the frames that only they have
-        let rows = raw.written();
-        raw = raw.on_grid(rows);
-    }
+    // without the frames that only they have
+    raw.regrid();
     raw.tracks.sort_by_key(|track| track.role);
     of_balls(raw, facts, settings, &calibration, log).map_err(|wrong| vec![wrong])
 }
@@ -76,25 +71,24 @@ fn of_balls(
         raw.tracks.iter().filter(move |track| track.role.is_some_and(is_it))
     };
     let step = grid_step(&centres.each_ref()).unwrap_or(0.0);
-    let frames: Vec<f64> = raw.times.iter().map(|time| time * fps).collect();
-    repair::remove_repeated_frames(&mut centres, &frames, step, log)?;
-    let swapped = repair::undo_swaps(&mut centres, &frames, log)?;
+    repair::remove_repeated_frames(&mut centres, fps, step, log)?;
+    let swapped = repair::undo_swaps(&mut centres, fps, log)?;
     if let Some(line) = swapped.filter(|_| !raw.tracks.is_empty()) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
                        not certain which of both did; expected them set right, or the shot skipped";
         return Err(Wrong::damaged(line, message));
     }
     let resolution = resolution(&centres, settings, calibration, log);
-    let mut paths = centres.each_ref().map(|centre| samples(&raw.times, centre, calibration));
+    let mut paths = centres.each_ref().map(|centre| samples(centre, calibration));
     let mut markers: Vec<Marker> = Vec::new();
     for (i, ball) in [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate() {
         let first = markers.len();
         for track in of(i, true).chain(of(i, false)) {
             let name = track.point.as_ref().unwrap_or(&track.name).clone();
             let samples = if track.is_angle {
-                turned(&raw.times, track, &centres[i], calibration)
+                turned(track, &centres[i], calibration)
             } else {
-                samples(&raw.times, track, calibration)
+                samples(track, calibration)
             };
             markers.push(Marker { ball, name, samples });
         }
@@ -104,6 +98,7 @@ fn of_balls(
             paths[i] = circle_centres(&points).map_err(|message| Wrong::damaged(raw.line, message))?;
         }
     }
+    let spin = facts.spin();
     let mut shot = TrackShot {
         file: raw.file.to_path_buf(),
         line: raw.line,
@@ -111,7 +106,7 @@ fn of_balls(
         markers,
         position_sd: settings.tracks.position_sd_m,
         resolution,
-        ..TrackShot::new(raw.name, fps, facts.spin, paths)
+        ..TrackShot::new(raw.name, fps, spin, paths)
     };
     let is_finite = |s: &mut Sample| [s.t, s.x, s.y].iter().all(|number| number.is_finite());
     if shot.samples_mut().all(is_finite) {
@@ -153,7 +148,7 @@ fn resolution(
     const COARSE_PX: f64 = 0.1;
     let step = |track: &RawTrack| {
         let step = grid_step(&[track]).or_else(|| grid_step(&centres.each_ref()))?;
-        let (_, first) = track.seen().next()?;
+        let first = track.seen().next()?;
         let [x, y] = calibration.sd(first.place, [step; 2]);
         Some((0.5 * (x * x + y * y)).sqrt()).filter(|step| step.is_finite())
     };
@@ -178,7 +173,7 @@ fn resolution(
 fn grid_step(tracks: &[&RawTrack]) -> Option<f64> {
     let mut gaps = Vec::new();
     for axis in [0, 1] {
-        let mut values = sorted(tracks.iter().flat_map(|track| track.seen()).map(|(_, row)| row.place[axis]));
+        let mut values = sorted(tracks.iter().flat_map(|track| track.seen()).map(|row| row.place[axis]));
         values.dedup_by(|later, earlier| *later - *earlier <= SAME_NUMBER * later.abs());
         gaps.extend(values.windows(2).map(|two| two[1] - two[0]));
     }
@@ -204,11 +199,11 @@ fn fitted(gaps: &[f64], guess: f64) -> Option<f64> {
     Some(products / squares)
 }
 
-fn samples(times: &[f64], track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
-    let sample = |(frame, row): (usize, &Row)| {
+fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
+    let sample = |row: &Row| {
         let is_stated = row.sd.iter().all(|sd| !sd.is_nan());
         let sd = is_stated.then(|| calibration.sd(row.place, row.sd));
-        let t = times[frame] + calibration.delay(row.place[1]);
+        let t = row.time + calibration.delay(row.place[1]);
         Sample { sd, ..Sample::new(t, calibration.metres(row.place)) }
     };
     // exactly as many as are needed, since all shots stay in memory
@@ -218,18 +213,18 @@ fn samples(times: &[f64], track: &RawTrack, calibration: &Calibration) -> Vec<Sa
 }
 
 /// Returns a point that turns with the disc, from angles measured from the file's x axis.
-fn turned(times: &[f64], angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
+fn turned(angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
     /// Distance of the point from the centre, m; arbitrary.
     const ARM: f64 = 0.02;
-    let point = |(frame, row): (usize, &Row)| {
+    let point = |(row, centre): (&Row, &Row)| {
         let (sin, cos) = row.place[0].sin_cos();
-        let middle = centre.rows[frame].place;
+        let middle = centre.place;
         let [x, y] = calibration.metres(middle);
         let [along, up] = calibration.metres([middle[0] + cos, middle[1] + sin]);
         let length = (along - x).hypot(up - y);
         let place = [x + ARM * (along - x) / length, y + ARM * (up - y) / length];
-        Sample::new(times[frame] + calibration.delay(middle[1]), place)
+        Sample::new(row.time + calibration.delay(middle[1]), place)
     };
-    let both = angles.seen().filter(|(frame, _)| !centre.rows[*frame].is_gap());
-    both.map(point).collect()
+    let both = angles.rows.iter().zip(&centre.rows);
+    both.filter(|(row, centre)| !row.is_gap() && !centre.is_gap()).map(point).collect()
 }

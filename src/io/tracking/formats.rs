@@ -6,7 +6,7 @@ use super::input::{Input, Subject};
 use super::layout::{Block, Body, Layout};
 use super::raw::Clock;
 use super::settings::Format;
-use super::units::{TimeUnit, Unit};
+use super::units::Unit;
 use super::words::{BALLS, Kind, SHOTS, boxes, find, pairs};
 use crate::io::number::{parse, value};
 use crate::io::rows::near_miss;
@@ -76,11 +76,7 @@ fn tracker(headings: &[Heading], input: &Input) -> Option<Layout> {
     for (i, header) in heads.into_iter().enumerate() {
         let above = filled_lines(input.text).take_while(|(line, _)| *line < header);
         let title = above.filter(|(_, line)| is_title(line)).last();
-        let title = title.filter(|(_, line)| i == 0 || !is_row(line));
-        if let Some(block) = blocks.last_mut() {
-            block.last = title.map_or(header, |(line, _)| line) - 1;
-        }
-        let title = title.map_or("", |(_, title)| title);
+        let (begin, title) = title.filter(|(_, line)| i == 0 || !is_row(line)).unwrap_or((header, ""));
         let tracks = if are_below {
             let name = title.trim_matches(|c: char| c.is_whitespace() || "#,;\"".contains(c));
             vec![if name.is_empty() { (i + 1).to_string() } else { name.to_string() }]
@@ -88,11 +84,7 @@ fn tracker(headings: &[Heading], input: &Input) -> Option<Layout> {
             trimmed(title, heading.separator).unwrap_or_default()
         };
         let above = heading.above + header - heading.line;
-        blocks.push(Block {
-            above,
-            last: usize::MAX,
-            bodies: tracked(&heading.own, &tracks, header, input)?,
-        });
+        blocks.push(Block { begin, above, bodies: tracked(&heading.own, &tracks, header, input)? });
     }
     Some(Layout::new(Format::Tracker, heading, blocks, Some(time), input))
 }
@@ -122,9 +114,8 @@ fn tracked(names: &[String], tracks: &[String], header: usize, input: &Input) ->
             let is_beside = |i: &usize| names[*i] == axis && begin(*i) == begin(x);
             (0..names.len()).filter(is_beside).collect::<Vec<_>>()
         });
-        let ([_], [y]) = (xs.as_slice(), ys.as_slice()) else {
-            let counts = format!("{} columns x and {} columns y", xs.len(), ys.len());
-            let message = format!("track \"{name}\" has {counts}; expected one of each below its name");
+        let ([_], [y]) = (&xs[..], &ys[..]) else {
+            let message = format!("track \"{name}\" has not one column x and one column y below its name");
             input.wrong(header, None, message);
             return None;
         };
@@ -146,19 +137,13 @@ fn kinovea(headings: &[Heading], input: &Input) -> Option<Layout> {
     };
     let heading = headings.iter().find(is_csv)?.clone();
     let stems: Vec<&str> = heading.names.iter().filter_map(|name| name.strip_suffix("/X")).collect();
-    // an object of one point is called by the object's name
-    let object = |stem: &'_ str| stem.rsplit_once('/').map_or(stem.len(), |(object, _)| object.len());
-    let mut bodies = Vec::new();
-    for stem in &stems {
-        let Some(xy) = heading.axes(&format!("{stem}/")) else {
-            input.wrong(line, format!("{stem}/X").as_str(), format!("the column {stem}/Y is missing"));
-            return None;
-        };
-        let own = &stem[..object(stem)];
-        let points = stems.iter().filter(|other| &other[..object(other)] == own).count();
-        bodies.push(Body::new(if points > 1 { stem } else { own }, xy));
-    }
-    let block = Block::below(&heading, bodies);
+    let body = |stem: &&str| {
+        // an object of one point is called by the object's name
+        let object = stem.rsplit_once('/').map_or(*stem, |(object, _)| object);
+        let points = stems.iter().filter(|other| other.starts_with(&format!("{object}/"))).count();
+        axes(&heading, if points > 1 { stem } else { object }, &format!("{stem}/"), input)
+    };
+    let block = Block::below(&heading, stems.iter().map(body).collect::<Option<_>>()?);
     let has_unit = heading.has_unit(0);
     let layout = Layout::new(Format::Kinovea, heading, vec![block], Some((0, false)), input);
     Some(Layout { clock: if has_unit { layout.clock } else { Clock::default() }, unit: None, ..layout })
@@ -184,13 +169,10 @@ fn sections(input: &Input) -> Layout {
         let is_earlier = before.zip(time).is_some_and(|(before, time)| before >= time);
         let name = text.strip_prefix('#').map(|name| name.trim().to_string());
         if name.is_some() || blocks.is_empty() || is_apart && is_earlier {
-            let above = if name.is_some() { line } else { line - 1 };
             unnamed += usize::from(name.is_none());
+            let above = line - usize::from(name.is_none());
             let name = name.unwrap_or_else(|| unnamed.to_string());
-            if let Some(block) = blocks.last_mut() {
-                block.last = above;
-            }
-            blocks.push(Block { above, last: usize::MAX, bodies: vec![Body::new(name, [1, 2])] });
+            blocks.push(Block { begin: line, above, bodies: vec![Body::new(name, [1, 2])] });
             before = None;
         }
         (is_apart, before) = (false, time.or(before));
@@ -228,15 +210,8 @@ fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
         counted.iter().map(ToString::to_string).chain(names).collect()
     });
     let heading = Heading::plain(above, above, Separator::Char('\t'), names);
-    let mut bodies = Vec::new();
-    for name in &markers {
-        let Some(xy) = heading.axes(&format!("{name} ")) else {
-            let message = format!("no columns \"{name} X\" and \"{name} Y\" for the marker \"{name}\"");
-            input.wrong(above, None, message);
-            return None;
-        };
-        bodies.push(Body::new(*name, xy));
-    }
+    let body = |name: &&String| axes(&heading, name, &format!("{name} "), input);
+    let bodies = markers.iter().map(body).collect::<Option<_>>()?;
     let (frame, time) = (heading.position("Frame"), heading.position("Time"));
     if let (Some(frame), Some(time)) = (frame, time) {
         Rows::of(input.text, &heading).check_clock(&heading, [frame, time], fps, input);
@@ -249,8 +224,18 @@ fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
     let block = Block::below(&heading, bodies);
     let time = frame.map(|frame| (frame, true)).or(time.map(|time| (time, false)));
     let layout = Layout::new(Format::Qualisys, heading, vec![block], time, input);
-    let clock = Clock { fps: Some(fps), ..Clock::of(TimeUnit::Frames) };
+    let clock = Clock { fps: Some(fps), ..layout.clock };
     Some(Layout { unit: Some(Unit::Mm), clock, ..layout })
+}
+
+/// Returns the body at the columns whose names are these beginnings with X and Y.
+fn axes(heading: &Heading, name: &str, begin: &str, input: &Input) -> Option<Body> {
+    let [x, y] = ["X", "Y"].map(|axis| heading.position(&format!("{begin}{axis}")));
+    if x.is_none() || y.is_none() {
+        let message = format!("a column {begin}X or {begin}Y is missing; expected both");
+        input.wrong(heading.line, None, message);
+    }
+    Some(Body::new(name, [x?, y?]))
 }
 
 /// Returns the lines above the rows, and the width of the first row.

@@ -1,11 +1,11 @@
 //! Names of the columns of a table, and their units beside them, as in `x [mm]`, or below; the
 //! first rows of an unknown table, and tests of its columns.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use super::clock::is_clock;
 use super::input::Input;
-use super::time::first_contradiction;
+use super::time::{first_apart, resolution};
 use super::units::{Measure, TimeUnit, Unit};
 use crate::io::number::{parse, value};
 use crate::io::text::{Separator, filled_lines, trimmed, unmarked};
@@ -94,9 +94,10 @@ impl Heading {
         at(&self.names).or_else(|| at(&self.bare))
     }
 
-    /// Returns the columns of the names that begin like this and end in X and Y.
-    pub(super) fn axes(&self, begin: &str) -> Option<[usize; 2]> {
-        Some([self.position(&format!("{begin}X"))?, self.position(&format!("{begin}Y"))?])
+    /// Returns the filled lines below it, with their numbers.
+    pub(super) fn lines_below<'t>(&self, text: &'t str) -> impl Iterator<Item = (usize, &'t str)> + use<'t> {
+        let above = self.above;
+        filled_lines(text).filter(move |(line, _)| *line > above)
     }
 
     pub(super) fn has_unit(&self, column: usize) -> bool {
@@ -105,12 +106,10 @@ impl Heading {
 
     /// Complains about names that stand twice among all; returns whether all differ.
     pub(super) fn has_once(&self, names: &[&str], all: &[String], input: &Input) -> bool {
-        let is_twin = |name: &&&str| all.iter().filter(|own| *own == *name).count() > 1;
-        let twins: Vec<&&str> = names.iter().filter(is_twin).collect();
-        for name in &twins {
-            input.wrong(self.line, **name, "stands twice in the header; expected it once");
-        }
-        twins.is_empty()
+        let twins = names.iter().filter(|name| all.iter().filter(|own| own == *name).count() > 1);
+        let complain =
+            |name: &&&str| input.wrong(self.line, **name, "stands twice in the header; expected it once");
+        twins.inspect(complain).count() == 0
     }
 
     /// Returns the unit of columns; complains about one of another kind than `like`, or that
@@ -256,8 +255,7 @@ pub(super) struct Rows(Vec<Vec<String>>);
 
 impl Rows {
     pub(super) fn of(text: &str, heading: &Heading) -> Self {
-        let rows = filled_lines(text).filter(|(line, _)| *line > heading.above);
-        let cells = rows.filter_map(|(_, line)| trimmed(line, heading.separator));
+        let cells = heading.lines_below(text).filter_map(|(_, line)| trimmed(line, heading.separator));
         Self(cells.filter(|cells| cells.len() >= heading.names.len()).take(MAX_ROWS).collect())
     }
 
@@ -268,6 +266,28 @@ impl Rows {
     fn numbers(&self, column: usize) -> Option<Vec<f64>> {
         let numbers: Vec<f64> = self.column(column).map(value).collect::<Option<_>>()?;
         (numbers.len() > 2).then_some(numbers)
+    }
+
+    /// Returns the numbers of rows with the same cells in some columns.
+    fn counts(&self, columns: &[Option<usize>]) -> Vec<usize> {
+        let mut counts: HashMap<Vec<&str>, usize> = HashMap::new();
+        for row in &self.0 {
+            let group = columns.iter().flatten().map(|column| row[*column].as_str()).collect();
+            *counts.entry(group).or_default() += 1;
+        }
+        counts.into_values().collect()
+    }
+
+    pub(super) fn values(&self, column: usize) -> usize {
+        self.counts(&[Some(column)]).len()
+    }
+
+    pub(super) fn is_empty(&self, column: usize) -> bool {
+        self.column(column).all(str::is_empty)
+    }
+
+    pub(super) fn is_whole(&self, column: usize) -> bool {
+        self.numbers(column).is_some_and(|numbers| numbers.iter().all(|number| number.fract() == 0.0))
     }
 
     pub(super) fn largest(&self, column: usize) -> f64 {
@@ -285,45 +305,27 @@ impl Rows {
 
     /// Returns whether most values of a column stand in two rows of their shot.
     pub(super) fn are_pairs(&self, column: usize, shot: Option<usize>) -> bool {
-        let mut counts: HashMap<(&str, &str), usize> = HashMap::new();
-        for row in &self.0 {
-            let group = (shot.map_or("", |shot| row[shot].as_str()), row[column].as_str());
-            *counts.entry(group).or_default() += 1;
-        }
-        counts.len() > 2 && 3 * counts.values().filter(|count| **count == 2).count() > 2 * counts.len()
+        let counts = self.counts(&[shot, Some(column)]);
+        counts.len() > 2 && 3 * counts.iter().filter(|count| **count == 2).count() > 2 * counts.len()
+    }
+
+    /// Returns whether a column has few values, and rows differ only with it.
+    pub(super) fn distinguishes_rows(&self, column: usize, [one, other]: [Option<usize>; 2]) -> bool {
+        let values = self.values(column);
+        let are_few = (2..=MAX_TRACKS).contains(&values) && 2 * values <= self.0.len();
+        are_few && self.counts(&[one, other, Some(column)]).len() == self.0.len()
     }
 
     /// Complains if a column of frames and one of seconds contradict each other at a rate.
     pub(super) fn check_clock(&self, heading: &Heading, columns: [usize; 2], rate: f64, input: &Input) {
         let [Some(frames), Some(seconds)] = columns.map(|column| self.numbers(column)) else { return };
-        let Some(row) = first_contradiction(&frames, &seconds, rate) else { return };
+        let Some(row) = first_apart(&frames, &seconds, resolution(&seconds), rate) else { return };
         let [frame, time] = columns.map(|column| heading.names[column].as_str());
         let since = format!("{} frames, but {} s", frames[row] - frames[0], seconds[row] - seconds[0]);
         let message = format!(
             "{frame} and {time} contradict each other at {rate} fps: this row is {since} after the first one; expected columns that \
              agree, or one of them in [tracks.columns], or another frame rate"
         );
-        let mut below = filled_lines(input.text).filter(|(line, _)| *line > heading.above);
-        input.wrong(below.nth(row).map(|(line, _)| line), time, message);
-    }
-
-    pub(super) fn is_empty(&self, column: usize) -> bool {
-        self.column(column).all(str::is_empty)
-    }
-
-    pub(super) fn is_whole(&self, column: usize) -> bool {
-        self.numbers(column).is_some_and(|numbers| numbers.iter().all(|number| number.fract() == 0.0))
-    }
-
-    /// Returns whether a column has few values, and rows differ only with it.
-    pub(super) fn distinguishes_rows(&self, column: usize, others: &[usize]) -> bool {
-        let values = self.values(column);
-        let keys: HashSet<Vec<&String>> =
-            self.0.iter().map(|row| others.iter().chain([&column]).map(|i| &row[*i]).collect()).collect();
-        (2..=MAX_TRACKS).contains(&values) && 2 * values <= self.0.len() && keys.len() == self.0.len()
-    }
-
-    pub(super) fn values(&self, column: usize) -> usize {
-        self.column(column).collect::<HashSet<_>>().len()
+        input.wrong(heading.lines_below(input.text).nth(row).map(|(line, _)| line), time, message);
     }
 }

@@ -1,7 +1,8 @@
 //! A file that is read, and the lists of problems and notes.
 
 use std::cell::RefCell;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use indexmap::IndexMap;
 
@@ -19,7 +20,7 @@ pub(super) struct Context<'a> {
 /// A file for a reader, with the settings and the lists of problems and notes.
 #[derive(Clone, Copy)]
 pub(super) struct Input<'a> {
-    pub(crate) file: &'a Path,
+    pub(crate) file: &'a Arc<PathBuf>,
     pub(crate) text: &'a str,
     /// Name of the file without its ending: the default name of its shot.
     pub(crate) stem: &'a str,
@@ -39,14 +40,18 @@ impl Input<'_> {
         self.problems.add(self.file, line, column, message);
     }
 
+    /// Notes a position of which one coordinate is missing: it is a gap.
+    pub(super) fn note_half(&self, place: [f64; 2], line: usize) {
+        if place[0].is_nan() != place[1].is_nan() {
+            self.log.add(Subject::Gaps, line, "half a position; taken as a gap");
+        }
+    }
+
     /// Returns the column to be read, and whether it holds numbers of frames: these are preferred
     /// if the frame rate is stated, since they cannot follow a wrong one.
     pub(super) fn frame_or_time<T>(&self, frame: Option<T>, time: Option<T>) -> Option<(T, bool)> {
-        match (frame, time) {
-            (Some(frame), None) => Some((frame, true)),
-            (Some(frame), Some(_)) if self.settings.fps().is_some() => Some((frame, true)),
-            (_, time) => Some((time?, false)),
-        }
+        let frame = frame.filter(|_| time.is_none() || self.settings.fps().is_some());
+        frame.map(|frame| (frame, true)).or(time.map(|time| (time, false)))
     }
 }
 
@@ -57,6 +62,16 @@ pub(super) fn stem(file: &Path) -> String {
 pub(super) fn quoted<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> String {
     let quoted: Vec<String> = names.into_iter().map(|name| format!("\"{}\"", name.as_ref())).collect();
     quoted.join(", ")
+}
+
+/// Returns the first of these names, and the number of the others.
+pub(super) fn listed<S: AsRef<str>>(names: &[S]) -> String {
+    const MAX_NAMED: usize = 12;
+    quoted(names.iter().take(MAX_NAMED)) + &and_more(names.len().saturating_sub(MAX_NAMED))
+}
+
+fn and_more(others: usize) -> String {
+    if others > 0 { format!(" and {others} more") } else { String::new() }
 }
 
 /// Subject of a note, in the order of the list.
@@ -117,8 +132,7 @@ impl Notes {
         let mut lines = Vec::new();
         for notes in notes.chunk_by(|a, b| a.0.0 == b.0.0) {
             for ((_, message), (first, count)) in notes.iter().take(MAX_LISTED) {
-                let others = if *count > 1 { format!(" and {} more", count - 1) } else { String::new() };
-                lines.push(format!("{first}{others}: {message}"));
+                lines.push(format!("{first}{}: {message}", and_more(count - 1)));
             }
             if notes.len() > MAX_LISTED {
                 lines.push(format!("and {} more like this", notes.len() - MAX_LISTED));

@@ -1,21 +1,14 @@
 //! JSON as tools in the browser save it: an array of shots, each with balls, each with samples.
-//! Every sample becomes a row of a long table.
 
-use std::borrow::Cow;
-use std::collections::HashMap;
+use std::sync::Arc;
 
 use indexmap::IndexMap;
 use serde_json::value::RawValue;
 
-use super::heading::Heading;
 use super::input::{Input, Subject};
-use super::layout::{Block, Body, Layout};
-use super::raw::{Clock, RawShot};
-use super::reader::Reader;
-use super::settings::Format;
+use super::raw::{Clock, RawShot, RawTrack, Row};
 use super::units::{TimeUnit, Unit};
-use crate::io::number::{shortened, value};
-use crate::io::text::Separator;
+use crate::io::number::{parse, shortened, value};
 use crate::measurement::number::count_of;
 
 /// Keys with one meaning, the most common first.
@@ -33,43 +26,45 @@ pub(super) fn detect(text: &str) -> bool {
         || text.strip_prefix('[').is_some_and(|rest| rest.trim_start().starts_with(['{', ']']))
 }
 
+type Object<'t> = IndexMap<String, &'t RawValue>;
+
+/// Returns an object, empty for another value. The text has been checked as a whole.
+fn object(raw: &RawValue) -> Object<'_> {
+    serde_json::from_str(raw.get()).unwrap_or_default()
+}
+
+/// Returns the elements of a list, none of another value.
+fn list(raw: &RawValue) -> Vec<&RawValue> {
+    serde_json::from_str(raw.get()).unwrap_or_default()
+}
+
+/// Returns the value of the first key that an object has.
+fn get<'t>(object: &Object<'t>, keys: &[&str]) -> Option<&'t RawValue> {
+    keys.iter().find_map(|key| object.get(*key)).copied()
+}
+
 /// Returns a value as a cell of a table: text without quotation marks, empty for null.
 fn cell(raw: &RawValue) -> String {
     let text = raw.get();
     if text == "null" { String::new() } else { serde_json::from_str(text).unwrap_or(text.to_string()) }
 }
 
-/// Returns the entries of an object, in their order, or the elements of a list with empty keys.
-fn entries(raw: &RawValue) -> Vec<(String, &RawValue)> {
-    // the text has been checked as a whole
-    if let Ok(list) = serde_json::from_str::<Vec<&RawValue>>(raw.get()) {
-        return list.into_iter().map(|raw| (String::new(), raw)).collect();
-    }
-    serde_json::from_str::<IndexMap<String, &RawValue>>(raw.get()).unwrap_or_default().into_iter().collect()
+fn get_cell(object: &Object, keys: &[&str]) -> Option<String> {
+    Some(cell(get(object, keys)?).trim().to_string()).filter(|cell| !cell.is_empty())
 }
 
-/// Returns the value of the first key that an object has.
-fn get<'t>(entries: &[(String, &'t RawValue)], keys: &[&str]) -> Option<&'t RawValue> {
-    let of_key = |key: &&str| entries.iter().find(|(own, _)| own == key);
-    keys.iter().find_map(of_key).map(|(_, raw)| *raw)
-}
-
-fn get_cell(entries: &[(String, &RawValue)], keys: &[&str]) -> Option<String> {
-    Some(cell(get(entries, keys)?).trim().to_string()).filter(|cell| !cell.is_empty())
+/// Returns the shots of a file; `None` with a problem.
+pub(super) fn read(input: &Input) -> Option<Vec<RawShot>> {
+    let line_ends = input.text.match_indices('\n').map(|(at, _)| at).collect();
+    let shots = File { input, line_ends }.read()?;
+    let message = format!("read as JSON, {}", count_of(shots.len(), "shot"));
+    input.log.add(Subject::Format, None, message);
+    Some(shots)
 }
 
 struct File<'t> {
     input: &'t Input<'t>,
     line_ends: Vec<usize>,
-}
-
-/// Returns the shots of a file, and the unit of lengths that it states; `None` with a problem.
-pub(super) fn read(input: &Input) -> Option<(Vec<RawShot>, Option<Unit>)> {
-    let line_ends = input.text.match_indices('\n').map(|(at, _)| at).collect();
-    let (shots, unit) = File { input, line_ends }.read()?;
-    let message = format!("read as JSON, {}", count_of(shots.len(), "shot"));
-    input.log.add(Subject::Format, None, message);
-    Some((shots, unit))
 }
 
 impl File<'_> {
@@ -78,106 +73,101 @@ impl File<'_> {
         self.line_ends.partition_point(|end| *end < begin) + 1
     }
 
-    fn refuse<T>(&self, at: &RawValue, message: &str) -> Option<T> {
-        self.input.wrong(self.line(at), None, format!("{message}; {EXPECTED}"));
+    fn refuse<T>(&self, at: &RawValue, why: impl AsRef<str>) -> Option<T> {
+        self.input.wrong(self.line(at), None, format!("{}; {EXPECTED}", why.as_ref()));
         None
     }
 
-    fn read(&self) -> Option<(Vec<RawShot>, Option<Unit>)> {
-        let input = self.input;
+    fn read(&self) -> Option<Vec<RawShot>> {
         let not_json = |error: serde_json::Error| {
             let message = error.to_string();
             let bare = message.rsplit_once(" at line ").map_or(message.as_str(), |(bare, _)| bare);
-            input.wrong(error.line(), None, format!("is not JSON: {bare}"));
+            self.input.wrong(error.line(), None, format!("is not JSON: {bare}"));
         };
-        let whole: &RawValue = serde_json::from_str(input.text).map_err(not_json).ok()?;
-        let root = entries(whole);
+        let whole: &RawValue = serde_json::from_str(self.input.text).map_err(not_json).ok()?;
+        let root = object(whole);
         let shots = match get(&root, &["shots"]) {
-            Some(shots) => entries(shots),
-            None if get(&root, &BALLS).is_some() => vec![(String::new(), whole)],
-            None => root.clone(),
+            None if get(&root, &BALLS).is_some() => vec![whole],
+            shots => list(shots.unwrap_or(whole)),
         };
-        if shots.is_empty() || shots.iter().any(|(key, _)| !key.is_empty()) {
+        if shots.is_empty() {
             return self.refuse(whole, "holds no shots");
         }
-        let names = ["shot", "ball", "time", "x", "y"].map(str::to_string).to_vec();
-        let heading = Heading::plain(1, 0, Separator::Char(','), names);
-        let body = Body { ball: Some(1), ..Body::new("", [3, 4]) };
-        let blocks = vec![Block::below(&heading, vec![body])];
-        let layout = Layout::new(Format::Json, heading, blocks, Some((2, true)), input);
-        let layout = Layout { shot: Some(0), ..layout };
-        let mut reader = Reader::new(input, &layout);
-        let mut clocks: HashMap<String, Clock> = HashMap::new();
-        for (i, (_, raw)) in shots.iter().enumerate() {
-            let shot = entries(raw);
-            let number = if shots.len() == 1 { String::new() } else { format!("-{}", i + 1) };
-            let name = get_cell(&shot, &NAME).unwrap_or_else(|| format!("{}{number}", input.stem));
-            let Some(balls) = get(&shot, &BALLS).filter(|balls| balls.get().starts_with(['{', '['])) else {
-                return self.refuse(raw, &format!("the shot \"{}\" has no \"balls\"", shortened(&name)));
-            };
-            let mut clock = self.balls(balls, &name, &mut reader, &layout.blocks[0].bodies)?;
-            if let Some(fps) = get_cell(&shot, &FPS).or_else(|| get_cell(&root, &FPS)) {
-                let Some(known) = value(&fps).filter(|fps| *fps > 0.0) else {
-                    return self.refuse(raw, &format!("fps is {fps}, not frames per second"));
-                };
-                clock.fps = Some(known).filter(|_| clock.unit == Some(TimeUnit::Frames));
-            }
-            if clocks.insert(name.clone(), clock).is_some() {
-                return self.refuse(raw, &format!("\"{}\" is the name of two shots", shortened(&name)));
-            }
+        let (word, mut unit) = (get_cell(&root, &["length_unit", "unit"]), None);
+        if let Some(word) = word {
+            let why = format!("\"{}\" is not a unit of length: m, cm, mm, in, ft or px", shortened(&word));
+            unit = Some(Unit::of(&word).or_else(|| self.refuse(whole, why))?);
         }
-        let mut found = reader.finish();
-        for shot in &mut found {
-            shot.clock = clocks.get(&shot.name).copied().unwrap_or(shot.clock);
+        let mut read = Vec::new();
+        for (number, raw) in (1..).zip(&shots) {
+            let number = if shots.len() == 1 { String::new() } else { format!("-{number}") };
+            let shot = self.shot(raw, &root, format!("{}{number}", self.input.stem))?;
+            read.extend(Some(RawShot { unit, ..shot }).filter(|shot| !shot.times.is_empty()));
         }
-        let unit = get_cell(&root, &["length_unit", "unit"]);
-        let known = unit.as_deref().and_then(Unit::of);
-        if let (Some(unit), None) = (unit, known) {
-            let unit = shortened(&unit);
-            return self
-                .refuse(whole, &format!("\"{unit}\" is not a unit of length: m, cm, mm, in, ft or px"));
-        }
-        Some((found, known))
+        Some(read)
     }
 
-    /// Reads the samples of all balls of a shot; returns the meaning of its times.
-    fn balls(&self, balls: &RawValue, shot: &str, reader: &mut Reader, bodies: &[Body]) -> Option<Clock> {
-        let mut clock = None;
-        for (i, (key, raw)) in entries(balls).into_iter().enumerate() {
-            let ball = entries(raw);
-            let name = Some(key).filter(|key| !key.is_empty()).or_else(|| get_cell(&ball, &NAME));
-            let name = name.unwrap_or_else(|| (i + 1).to_string());
-            let samples = get(&ball, &SAMPLES).unwrap_or(raw);
+    /// Reads a shot, which is called `unnamed` unless it has a name; `root` may state its frame rate.
+    fn shot(&self, raw: &RawValue, root: &Object, unnamed: String) -> Option<RawShot> {
+        let shot = object(raw);
+        let name = get_cell(&shot, &NAME).unwrap_or(unnamed);
+        let lacks = |what, name: &str, key| format!("the {what} \"{}\" has no \"{key}\"", shortened(name));
+        let balls = get(&shot, &BALLS).filter(|balls| balls.get().starts_with(['{', '[']));
+        let balls = balls.or_else(|| self.refuse(raw, lacks("shot", &name, "balls")))?;
+        let in_list = list(balls)
+            .into_iter()
+            .enumerate()
+            .map(|(i, ball)| (get_cell(&object(ball), &NAME).unwrap_or_else(|| (i + 1).to_string()), ball));
+        let (mut clock, mut tracks) = (None, Vec::new());
+        for (body, (name, ball)) in in_list.chain(object(balls)).enumerate() {
+            let samples = get(&object(ball), &SAMPLES).unwrap_or(ball);
             if !samples.get().starts_with('[') {
-                return self.refuse(raw, &format!("the ball \"{}\" has no \"samples\"", shortened(&name)));
+                return self.refuse(ball, lacks("ball", &name, "samples"));
             }
-            for (_, sample) in entries(samples) {
-                let (own, row) = self.sample(sample)?;
-                if *clock.get_or_insert(own) != own {
+            let mut rows = Vec::new();
+            for sample in list(samples) {
+                let (unit, row) = self.row(sample)?;
+                if *clock.get_or_insert(unit) != unit {
                     return self.refuse(sample, "has another kind of time than the samples above");
                 }
-                let [time, x, y] = row.map(Cow::Owned);
-                let cells = [Cow::Borrowed(shot), Cow::Borrowed(name.as_str()), time, x, y];
-                reader.add(self.line(sample), &cells, bodies, 0);
+                rows.push(row);
             }
+            tracks.push(RawTrack { name, body, rows, ..RawTrack::default() });
         }
-        Some(clock.unwrap_or(Clock::of(TimeUnit::Frames)))
+        let mut clock = Clock { unit: clock.flatten(), ..Clock::default() };
+        if let Some(fps) = get_cell(&shot, &FPS).or_else(|| get_cell(root, &FPS)) {
+            let known = value(&fps).filter(|fps| *fps > 0.0);
+            let known = known.or_else(|| self.refuse(raw, format!("fps is {fps}, not frames per second")))?;
+            clock.fps = Some(known).filter(|_| clock.unit == Some(TimeUnit::Frames));
+        }
+        let line = tracks.iter().map(RawTrack::line).min().unwrap_or_default();
+        let file = Arc::clone(self.input.file);
+        let mut shot = RawShot { name, file, line, clock, unit: None, times: Vec::new(), tracks };
+        shot.regrid();
+        Some(shot)
     }
 
-    /// Reads `{t, x, y}`, or `{frame, x, y}`, or `[t, x, y]`.
-    fn sample(&self, raw: &RawValue) -> Option<(Clock, [String; 3])> {
-        let sample = entries(raw);
-        if let [(_, time), (_, x), (_, y)] = sample[..]
-            && raw.get().starts_with('[')
-        {
-            return Some((Clock::default(), [time, x, y].map(cell)));
-        }
-        let [frame, time] = [["frame", "frame"], ["t", "time"]].map(|keys| get(&sample, &keys));
-        let Some((own, is_frame)) = self.input.frame_or_time(frame, time) else {
-            return self.refuse(raw, "a sample without t or frame");
+    /// Reads `{t, x, y}`, or `{frame, x, y}`, or `[t, x, y]`, whose unit of time is not stated.
+    fn row(&self, raw: &RawValue) -> Option<(Option<TimeUnit>, Row)> {
+        let (sample, line) = (object(raw), self.line(raw));
+        let (unit, [time, x, y]) = if let [time, x, y] = list(raw)[..] {
+            (None, [Some(time), Some(x), Some(y)])
+        } else {
+            let [frame, x, y] = ["frame", "x", "y"].map(|key| get(&sample, &[key]));
+            let time = self.input.frame_or_time(frame, get(&sample, &["t", "time"]));
+            let (time, is_frame) = time.or_else(|| self.refuse(raw, "a sample without t or frame"))?;
+            (Some(if is_frame { TimeUnit::Frames } else { TimeUnit::S }), [Some(time), x, y])
         };
-        let unit = if is_frame { TimeUnit::Frames } else { TimeUnit::S };
-        let [x, y] = ["x", "y"].map(|key| get_cell(&sample, &[key]).unwrap_or_default());
-        Some((Clock::of(unit), [cell(own), x, y]))
+        let number = |key: &str, at: Option<&RawValue>| match parse(&at.map_or(String::new(), cell)) {
+            Ok(number) => Some(number.unwrap_or(f64::NAN)),
+            Err(why) => self.refuse(raw, format!("column {key}: {} {why}", at.map_or("", RawValue::get))),
+        };
+        let place = [number("x", x)?, number("y", y)?];
+        self.input.note_half(place, line);
+        let time = number("time", time)?;
+        if time.is_nan() {
+            return self.refuse(raw, "a sample without t or frame");
+        }
+        Some((unit, Row { time, place, sd: [f64::NAN; 2], line }))
     }
 }

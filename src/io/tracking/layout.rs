@@ -2,7 +2,7 @@
 //! files by it.
 
 use super::heading::Heading;
-use super::input::{Input, Subject, quoted};
+use super::input::{Input, Subject, listed, quoted};
 use super::raw::Clock;
 use super::settings::Format;
 use super::units::{AngleUnit, Measure, TimeUnit, Unit};
@@ -24,16 +24,18 @@ pub(super) struct Layout {
 /// Rows that are read by the same columns.
 #[derive(Clone, Debug)]
 pub(super) struct Block {
+    /// The first line of its title and names, which ends the block above.
+    pub(crate) begin: usize,
     /// The line above the rows.
     pub(crate) above: usize,
-    /// The line of the last row.
-    pub(crate) last: usize,
     pub(crate) bodies: Vec<Body>,
 }
 
 /// A tracked body, or a point on it, and the columns of its position.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Body {
+    /// Its number among all bodies of the layout.
+    pub(crate) index: usize,
     /// The name that stands above the rows; otherwise it is in the column `ball`.
     pub(crate) name: String,
     /// The columns that name the ball, and the point on it, in a table with a row per ball and
@@ -42,12 +44,11 @@ pub(super) struct Body {
     pub(crate) point: Option<usize>,
     pub(crate) part: Part,
     pub(crate) xy: [usize; 2],
-    /// The other corner of a box with a corner at x and y, or its size.
+    /// The columns of the other corner of a box with a corner at x and y, or of its size.
     pub(crate) corner: Option<[usize; 2]>,
     pub(crate) size: Option<[usize; 2]>,
-    /// The column of the position's likelihood.
+    /// The columns of the position's likelihood, and of its standard deviations.
     pub(crate) likelihood: Option<usize>,
-    /// The columns of the position's standard deviations.
     pub(crate) sd: Option<[usize; 2]>,
 }
 
@@ -101,7 +102,7 @@ impl Body {
 
 impl Block {
     pub(super) fn below(heading: &Heading, bodies: Vec<Body>) -> Self {
-        Self { above: heading.above, last: usize::MAX, bodies }
+        Self { begin: heading.line, above: heading.above, bodies }
     }
 }
 
@@ -111,10 +112,12 @@ impl Layout {
     pub(super) fn new(
         format: Format,
         heading: Heading,
-        blocks: Vec<Block>,
+        mut blocks: Vec<Block>,
         time: Option<(usize, bool)>,
         input: &Input,
     ) -> Self {
+        let bodies = blocks.iter_mut().flat_map(|block| &mut block.bodies);
+        bodies.enumerate().for_each(|(index, body)| body.index = index);
         let lengths = blocks.iter().flat_map(|block| &block.bodies).flat_map(Body::lengths);
         let unit = heading.unit(lengths, Measure::Length(Unit::M), None, input);
         let unit = if let Some(Measure::Length(unit)) = unit { Some(unit) } else { None };
@@ -124,6 +127,12 @@ impl Layout {
         });
         let time = time.map(|(column, _)| column);
         Self { format, heading, shot: None, time, clock, unit, blocks }
+    }
+
+    /// Returns the block of the row in a line.
+    pub(super) fn block(&self, line: usize) -> Option<&Block> {
+        let begun = self.blocks.partition_point(|block| block.begin <= line);
+        self.blocks[..begun].last().filter(|block| block.above < line)
     }
 
     pub(super) fn bodies(&self) -> impl Iterator<Item = &Body> {
@@ -142,8 +151,6 @@ impl Layout {
 
     /// Notes how a file is read, and which of its columns are not.
     pub(super) fn note(&self, input: &Input) {
-        /// Maximum number of columns listed.
-        const MAX_NAMED: usize = 12;
         let Heading { names, separator, above, .. } = &self.heading;
         let (format, separator, first) = (self.format.shown(), separator.name(), above + 1);
         let mut message = format!("read as {format}, {separator} between cells, rows from line {first} on");
@@ -160,10 +167,7 @@ impl Layout {
         };
         let passed: Vec<&String> = names.iter().enumerate().filter(is_passed).map(|(_, name)| name).collect();
         if !passed.is_empty() {
-            let more = passed.len().saturating_sub(MAX_NAMED);
-            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-            let listed = quoted(passed.into_iter().take(MAX_NAMED));
-            message += &format!("; columns passed over: {listed}{more}");
+            message += &format!("; columns passed over: {}", listed(&passed));
         }
         if self.format == Format::Kinovea {
             message += "; coordinates of its kinematics window are filtered, which smears an impact: export the trajectories";

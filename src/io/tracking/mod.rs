@@ -32,7 +32,7 @@ mod words;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use input::{Context, Notes, Subject};
+use input::{Context, Notes, Subject, listed};
 use raw::RawShot;
 use rayon::prelude::*;
 use read::Tracked;
@@ -42,11 +42,9 @@ use shots_table::{Facts, ShotsTable};
 use units::Unit;
 
 use super::check_unique;
-use super::error::Problems;
 use super::manifest::{Manifest, StatedSpin};
 use super::toml_file::Source;
 use crate::measurement::dataset::Tracks;
-use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 
 pub(super) use column_names::Column;
@@ -64,7 +62,7 @@ pub(super) fn metres(unit: &str) -> Option<f64> {
 /// Loads every file of the manifest; adds to the problems.
 pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Source) -> Tracks {
     let (path, problems) = (source.path, source.problems);
-    let table = ShotsTable::read(settings.shots.as_deref(), manifest.assume, problems);
+    let table = ShotsTable::read(settings, manifest.assume, problems);
     if let Some(by) = manifest.dataset.by.as_ref().filter(|by| !table.labels.contains(by)) {
         let message =
             format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
@@ -72,10 +70,9 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     }
     let notes = Notes::default();
     let context = Context { settings, problems, notes: &notes };
-    let is_same = |a: &Path, b: &Path| {
-        a == b || fs::canonicalize(a).is_ok_and(|a| fs::canonicalize(b).is_ok_and(|b| a == b))
-    };
-    let is_shots = |file: &&PathBuf| settings.shots.as_ref().is_some_and(|shots| is_same(shots, file));
+    let canonical = |path: &PathBuf| fs::canonicalize(path).ok();
+    let of_shots = settings.shots.as_ref().and_then(canonical);
+    let is_shots = |file: &&PathBuf| of_shots.is_some() && canonical(file) == of_shots;
     let files: Vec<&PathBuf> = manifest.files.iter().filter(|file| !is_shots(file)).collect();
     let (mut shots, mut is_motion_capture) = (Vec::new(), true);
     for file in &files {
@@ -95,7 +92,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     let are_whole = problems.is_empty();
     names::pair(&mut shots, settings, &notes);
     table.name_by_file(&mut shots);
-    if settings.video.has_unknown_rate() && table.has_rates() {
+    if settings.video.has_unknown_rate() && table.has_rates {
         let message = "[video] capture_fps is \"unknown\", but the table of shots states capture_fps; expected it for all \
                        shots or for none";
         problems.add(path, None, None, message);
@@ -109,16 +106,17 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     }
     let mut left_out = Vec::new();
     shots.retain(|shot| {
-        let skip = table.skip(&shot.name);
-        left_out.extend(skip.map(|reason| (shot.name.clone(), format!("skipped: {reason}"))));
+        let skip = &table.facts(&shot.name).skip;
+        left_out.extend(skip.iter().map(|reason| (shot.name.clone(), format!("skipped: {reason}"))));
         skip.is_none()
     });
-    check_spins(&mut shots, &table, manifest, context);
+    let names = shots.iter().map(|shot| shot.name.as_str());
+    check_spins(names.filter(|name| table.facts(name).stated == StatedSpin::Unstated), UNSTATED, source);
     let (shots, damaged) = finish_all(shots, &table, context);
     left_out.extend(damaged);
-    if manifest.discs.is_none() {
-        name_unmeasured(&shots, &table, path, problems);
-    }
+    let unmeasured = shots.iter().filter(|shot| manifest.discs.is_none() && shot.markers.is_empty());
+    let names = unmeasured.map(|shot| shot.name.as_str());
+    check_spins(names.filter(|name| table.facts(name).stated == StatedSpin::Measured), UNMEASURED, source);
     let mut lines = settings.notes.clone();
     lines.append(&mut notes.into_lines());
     lines.extend(table.note.clone());
@@ -140,7 +138,8 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
 /// contradicts dataset.toml.
 fn check_unit(tracked: &Tracked, file: &Path, context: Context) {
     let log = context.notes.of(file);
-    let message = match (context.settings.unit(), tracked.unit.map(|unit| (unit, unit.name()))) {
+    let unit = tracked.shots.first().and_then(|shot| shot.unit);
+    let message = match (context.settings.unit(), unit.map(|unit| (unit, unit.name()))) {
         (None, Some((Unit::Px, _))) => {
             "its positions are in pixels; expected [scale] length_unit = \"px\"".to_string()
         }
@@ -162,30 +161,24 @@ fn check_unit(tracked: &Tracked, file: &Path, context: Context) {
     context.problems.add(file, None, None, message);
 }
 
-/// Complains about the first shot without a spin, and about discs that are said to roll, which are
-/// removed.
-fn check_spins(shots: &mut Vec<RawShot>, table: &ShotsTable, manifest: &Manifest, context: Context) {
-    let (path, problems) = (manifest.dataset.path.as_path(), context.problems);
-    if let Some(RawShot { name, .. }) =
-        shots.iter().find(|shot| table.spin(&shot.name) == StatedSpin::Unstated)
-    {
-        let message = format!(
-            "the cue ball's spin of shot \"{name}\" is not stated; expected [cue_spin] assume = \"stun\", \
-             \"natural-roll\" or \"unknown\", or cue_spin in the table that [tracks] shots names"
-        );
-        problems.add(path, None, None, message);
+const UNSTATED: [&str; 2] = [
+    "the cue ball's",
+    "stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \"unknown\", or cue_spin in the table that [tracks] shots \
+     names",
+];
+const UNMEASURED: [&str; 2] = [
+    "[cue_spin] assume is \"measured\", but the",
+    "measured; expected omega_x, omega_y and omega_z in a table that [tracks] shots names, markers on the cue ball ([tracks] \
+     cue_markers), or assume = \"natural-roll\", \"stun\" or \"unknown\"",
+];
+
+/// Complains about the spin of these shots, if there are any.
+fn check_spins<'a>(shots: impl Iterator<Item = &'a str>, why: [&str; 2], source: &Source) {
+    let names: Vec<&str> = shots.collect();
+    if !names.is_empty() {
+        let message = format!("{} spin of shot {} is not {}", why[0], listed(&names), why[1]);
+        source.problems.add(source.path, None, None, message);
     }
-    shots.retain(|RawShot { name, .. }| {
-        let rolls = !matches!(table.facts(name, context.settings).spin, Spin::Stun | Spin::Unknown);
-        if manifest.discs.is_some() && rolls {
-            let message = format!(
-                "shot \"{name}\" is of discs, which do not roll; expected cue_spin stun (no disc turns before the impact) or \
-                 unknown: points on the discs show how they turn"
-            );
-            problems.add(context.settings.shots.as_deref().unwrap_or(path), None, "cue_spin", message);
-        }
-        manifest.discs.is_none() || !rolls
-    });
 }
 
 /// Finishes shots on all cores, in order. Damaged shots are left out, with name and reason. A fault
@@ -196,7 +189,7 @@ fn finish_all(
     context: Context,
 ) -> (Vec<TrackShot>, Vec<(String, String)>) {
     let Context { settings, problems, notes } = context;
-    let work: Vec<_> = shots.into_iter().map(|raw| (table.facts(&raw.name, settings), raw)).collect();
+    let work: Vec<_> = shots.into_iter().map(|raw| (table.facts(&raw.name).clone(), raw)).collect();
     let finish = |(facts, raw): (Facts, RawShot)| {
         let (name, file, notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
         let shot = finish::shot(raw, facts, settings, notes.of(&file));
@@ -219,19 +212,4 @@ fn finish_all(
         }
     }
     (shots, left_out)
-}
-
-/// Complains about spins stated as measured without numbers or markers.
-fn name_unmeasured(shots: &[TrackShot], table: &ShotsTable, path: &Path, problems: &Problems) {
-    let is_unmeasured =
-        |shot: &&TrackShot| shot.markers.is_empty() && table.spin(&shot.name) == StatedSpin::Measured;
-    let mut names = shots.iter().filter(is_unmeasured).map(|shot| shot.name.as_str());
-    let Some(first) = names.next() else { return };
-    let others = names.count();
-    let others = if others > 0 { format!(" and {others} more") } else { String::new() };
-    let message = format!(
-        "[cue_spin] assume is \"measured\", but the spin of shot \"{first}\"{others} is not measured; expected omega_x, omega_y and \
-         omega_z in a table that [tracks] shots names, markers on the cue ball ([tracks] cue_markers), or assume = \"natural-roll\", \"stun\" or \"unknown\""
-    );
-    problems.add(path, None, None, message);
 }

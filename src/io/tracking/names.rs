@@ -1,9 +1,9 @@
 //! Which track is which ball: by the names of tracks, and by those of files with one ball each.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use super::input::{Log, Notes, Subject, quoted, stem};
+use super::input::{Log, Notes, Subject, listed, stem};
 use super::raw::{RawShot, RawTrack, Role};
 use super::repair::Wrong;
 use super::settings::{NAMED, Names, TrackSettings};
@@ -13,56 +13,47 @@ use crate::io::number::shortened;
 /// them.
 ///
 /// # Errors
-/// The first name of each ball that is not that of one track.
+/// The first name under each key that is not that of one track.
 pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], log: Log) -> Result<(), Vec<Wrong>> {
-    let mut there: Vec<String> = raw.tracks.iter().map(|track| shortened(&track.name)).collect();
+    let RawShot { tracks, line, .. } = raw;
+    let mut there: Vec<String> = tracks.iter().map(|track| shortened(&track.name)).collect();
     there.dedup();
-    there.truncate(12);
-    let (there, mut wrong) = (quoted(there), Vec::new());
-    for ball in [0, 1] {
-        for which in [ball, ball + 2] {
-            if let Err(fault) = assign_key(raw, which, &names[which], &there, log) {
-                wrong.push(fault);
-                break;
+    let (there, mut wrong) = (listed(&there), Vec::new());
+    for ((which, key), names) in NAMED.into_iter().enumerate().zip(names) {
+        let (ball, is_marker) = (which % 2, which > 1);
+        for (order, name) in names.0.iter().enumerate() {
+            let i = match find(tracks, name) {
+                Ok(Some(i)) => i,
+                Err(message) => {
+                    wrong.push(Wrong::input(*line, message));
+                    break;
+                }
+                Ok(None) => {
+                    let free = tracks.iter().filter(|track| track.role.is_none()).count();
+                    let hint = " (one file a ball: their names differ by the ball only, as in kick-A.txt and kick-B.txt)";
+                    let message = format!(
+                        "there is no track \"{name}\" ([tracks] {key} = {}); there are: {there}. Expected both balls in one file or \
+                         shot{}, and their names in [tracks] cue and object",
+                        names.shown(),
+                        if free + order < 2 { hint } else { "" }
+                    );
+                    // other shots may have both balls
+                    wrong.push(Wrong::damaged(*line, message));
+                    break;
+                }
+            };
+            let own = tracks[i].name.clone();
+            if own != *name {
+                let message = format!("the track \"{own}\" is [tracks] {key} = \"{name}\"");
+                log.add(Subject::Names, tracks[i].line(), message);
+            }
+            tracks[i].role = Some(Role { ball, is_marker, order });
+            for point in tracks.iter_mut().filter(|other| !other.is_centre() && other.name == own) {
+                point.role.get_or_insert(Role { ball, is_marker: true, order: 0 });
             }
         }
     }
     if wrong.is_empty() { Ok(()) } else { Err(wrong) }
-}
-
-fn assign_key(raw: &mut RawShot, which: usize, names: &Names, there: &str, log: Log) -> Result<(), Wrong> {
-    let RawShot { tracks, line, .. } = raw;
-    let (key, ball, is_marker) = (NAMED[which], which % 2, which > 1);
-    for (order, name) in names.0.iter().enumerate() {
-        let Some(i) = find(tracks, name).map_err(|message| Wrong::input(*line, message))? else {
-            let free = tracks.iter().filter(|track| track.role.is_none()).count();
-            let apart = if free + order < 2 {
-                " (one file a ball: their names differ by the ball only, as in kick-A.txt and kick-B.txt)"
-            } else {
-                ""
-            };
-            let names = names.shown();
-            let message = format!(
-                "there is no track \"{name}\" ([tracks] {key} = {names}); there are: {there}. Expected both balls in one file or \
-                 shot{apart}, and their names in [tracks] cue and object"
-            );
-            // other shots may have both balls
-            return Err(Wrong::damaged(*line, message));
-        };
-        let track = &mut tracks[i];
-        if track.name != *name {
-            let message = format!("the track \"{}\" is [tracks] {key} = \"{name}\"", track.name);
-            log.add(Subject::Names, track.line(), message);
-        }
-        track.role = Some(Role { ball, is_marker, order });
-        let own = track.name.clone();
-        let is_on_it =
-            |other: &&mut RawTrack| !other.is_centre() && other.role.is_none() && other.name == own;
-        for point in tracks.iter_mut().filter(is_on_it) {
-            point.role = Some(Role { ball, is_marker: true, order: 0 });
-        }
-    }
-    Ok(())
 }
 
 /// Numbers tracks of the same name, in their order: "A (1)", "A (2)".
@@ -111,42 +102,43 @@ pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<usize>, S
     }
 }
 
-/// A file of one track, and which ball it is.
+/// A file of one track.
 struct Single {
-    index: usize,
-    is_object: bool,
-    /// The file's name without the ball's name.
-    key: String,
-    /// The folder, or the folder above if the folder is named after the ball.
-    folder: Option<PathBuf>,
+    /// 0 for the cue ball, 1 for the object ball.
+    ball: usize,
+    /// The file's name without the ball's name, and the folder, or the folder above if the folder is
+    /// named after the ball.
+    key: (String, Option<PathBuf>),
 }
 
 /// Joins the shots of one ball each whose files differ by the ball's name only, or that are the
 /// only two. Others are left, and their missing ball is reported when they are finished.
 pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Notes) {
     let Some(names) = settings.single_names() else { return };
-    let singles = raw.iter().enumerate().filter_map(|(index, shot)| single(index, shot, names));
-    let (objects, cues): (Vec<Single>, Vec<Single>) = singles.partition(|single| single.is_object);
-    let are_only = cues.len() + objects.len() == 2 && raw.len() == 2;
-    for cue in &cues {
-        let is_like = |other: &&Single| other.key == cue.key && other.folder == cue.folder;
-        let likely: Vec<&Single> = objects.iter().filter(|other| are_only || is_like(other)).collect();
-        let ([object], 1) = (likely.as_slice(), cues.iter().filter(is_like).count()) else { continue };
-        if raw[object.index].clock != raw[cue.index].clock {
+    let singles: Vec<(usize, Single)> =
+        raw.iter().enumerate().filter_map(|(i, shot)| Some((i, single(shot, names)?))).collect();
+    let are_only = raw.len() == 2;
+    for (_, Single { key, .. }) in singles.iter().filter(|(_, single)| single.ball == 0) {
+        let of_key = |ball: usize| -> Vec<&(usize, Single)> {
+            singles
+                .iter()
+                .filter(|(_, other)| other.ball == ball && (are_only || other.key == *key))
+                .collect()
+        };
+        let ([(i, _)], [(j, object)]) = (&of_key(0)[..], &of_key(1)[..]) else { continue };
+        if raw[*i].clock != raw[*j].clock {
             continue;
         }
-        let file = raw[object.index].file.clone();
-        let rows = [raw[cue.index].written(), raw[object.index].written()].concat();
-        let track = raw[object.index].tracks.pop();
-        raw[cue.index].tracks.extend(track);
-        raw[cue.index] = raw[cue.index].clone().on_grid(rows);
-        let shot = &mut raw[cue.index];
+        let (tracks, file) = (std::mem::take(&mut raw[*j].tracks), raw[*j].file.clone());
+        let shot = &mut raw[*i];
+        shot.tracks.extend(tracks);
+        shot.regrid();
         for (track, name) in shot.tracks.iter_mut().zip(names) {
             track.name = name.to_string();
         }
         // the common rest of the files' names, or else the first file's name
-        if cue.key == object.key && !cue.key.is_empty() {
-            shot.name.clone_from(&cue.key);
+        if *key == object.key && !key.0.is_empty() {
+            shot.name.clone_from(&key.0);
         }
         let message =
             format!("is cue ball of the shot \"{}\", whose object ball is {}", shot.name, file.display());
@@ -156,31 +148,26 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
 }
 
 /// Returns a file that is one ball's track, if the track's name or its own names the ball.
-fn single(index: usize, shot: &RawShot, balls: [&str; 2]) -> Option<Single> {
-    let stem = stem(&shot.file);
+fn single(shot: &RawShot, balls: [&str; 2]) -> Option<Single> {
+    let (stem, folder) = (stem(&shot.file), shot.file.parent());
     if shot.tracks.len() != 1 || !shot.tracks[0].is_centre() || shot.name != stem {
         return None;
     }
-    // the file's name without the ball's, for either ball; the files of Tracker's mass A are named
-    // A
+    // the name without the ball's, for either ball; the files of Tracker's mass A are named A
     let rests = |text: &str| balls.map(|ball| without(text, ball).or_else(|| without(text, last_word(ball))));
-    let (mut rest, mut folder) = (rests(&stem), shot.file.parent());
-    if rest == [None, None] {
+    let mut keys = rests(&stem).map(|rest| Some((rest?, folder)));
+    if keys == [None, None] {
         // cue/1.csv and object/1.csv
-        let of_folder = rests(&folder.and_then(Path::file_name).unwrap_or_default().to_string_lossy());
-        if of_folder != [None, None] {
-            rest = of_folder
-                .map(|rest| Some([rest?, stem.clone()].join("-").trim_start_matches('-').to_string()));
-            folder = folder.and_then(Path::parent);
-        }
+        let name = folder.and_then(Path::file_name).unwrap_or_default().to_string_lossy();
+        let joined = |rest: String| [rest, stem.clone()].join("-").trim_start_matches('-').to_string();
+        keys = rests(&name).map(|rest| Some((joined(rest?), folder.and_then(Path::parent))));
     }
-    let is_object = match (balls.map(|ball| matches!(find(&shot.tracks, ball), Ok(Some(_)))), &rest) {
-        ([true, false], _) | ([false, false], [Some(_), None]) => false,
-        ([false, true], _) | ([false, false], [None, Some(_)]) => true,
-        _ => return None,
-    };
-    let key = std::mem::take(&mut rest[usize::from(is_object)]).unwrap_or(stem);
-    Some(Single { index, is_object, key, folder: folder.map(Path::to_path_buf) })
+    let is_track = balls.map(|ball| matches!(find(&shot.tracks, ball), Ok(Some(_))));
+    let is_file = keys.each_ref().map(Option::is_some);
+    let is_named = if is_track == [false, false] { is_file } else { is_track };
+    let ball = is_named.iter().position(|is_named| *is_named).filter(|_| is_named != [true, true])?;
+    let (key, folder) = keys[ball].take().unwrap_or((stem, folder));
+    Some(Single { ball, key: (key, folder.map(Path::to_path_buf)) })
 }
 
 /// Returns the words of a file's name without the ball's; `None` if the ball is not among them.
@@ -191,20 +178,16 @@ fn without(stem: &str, ball: &str) -> Option<String> {
     (balls.len() == 1).then(|| rest.join("-"))
 }
 
-/// Puts the folder before equal names of shots from different folders, as of A/1.csv and B/1.csv.
+/// Puts the folder before equal names of shots, as of A/1.csv and B/1.csv.
 pub(super) fn name_by_folder(raw: &mut [RawShot], notes: &Notes) {
-    let folder = |shot: &RawShot| shot.file.parent()?.file_name().map(|name| name.display().to_string());
-    let mut folders: HashMap<String, Vec<Option<String>>> = HashMap::new();
+    let mut counts: HashMap<String, usize> = HashMap::new();
     for shot in raw.iter() {
-        folders.entry(shot.name.clone()).or_default().push(folder(shot));
+        *counts.entry(shot.name.clone()).or_default() += 1;
     }
-    for shot in raw {
-        let all = &folders[&shot.name];
-        let different: HashSet<&String> = all.iter().flatten().collect();
-        if all.len() > 1 && different.len() == all.len() {
-            let message = "files in several folders have equal names: their shots are named with the folder";
-            notes.of(&shot.file).add(Subject::Names, None, message);
-            shot.name = format!("{}/{}", folder(shot).unwrap_or_default(), shot.name);
-        }
+    for shot in raw.iter_mut().filter(|shot| counts[&shot.name] > 1) {
+        let Some(folder) = shot.file.parent().and_then(Path::file_name) else { continue };
+        let message = "files in several folders have equal names: their shots are named with the folder";
+        notes.of(&shot.file).add(Subject::Names, None, message);
+        shot.name = format!("{}/{}", folder.display(), shot.name);
     }
 }

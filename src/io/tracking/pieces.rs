@@ -1,21 +1,18 @@
 //! Which rows are one ball in one clip: clips in a table without a column of shots are separated,
 //! rows that do not name the ball are followed, and pieces of tracks with new ids are joined.
 
-use std::ops::Range;
-
 use super::input::{Input, Log, Subject};
 use super::names::find;
-use super::raw::{RawShot, RawTrack, Row, sorted};
+use super::raw::{RawShot, RawTrack, Row, jump_speed};
 use super::repair::remove_lost;
 use super::settings::TrackSettings;
+use crate::numerics::median;
 
 /// Least pause between clips, s, and in median steps of time.
 const MIN_PAUSE_S: f64 = 1.0;
 const STEPS: f64 = 20.0;
 /// Frame rate if it is not known, frames/s.
 const DEFAULT_FPS: f64 = 240.0;
-/// Jump of both balls between clips, in units of the 90th percentile of their steps.
-const MIN_CLIP_JUMP: f64 = 8.0;
 /// Least number of frames of both balls in a clip.
 const MIN_FRAMES: usize = 6;
 /// Largest ratio of a ball's speed to the fastest one before: after the impact no ball is faster,
@@ -37,17 +34,11 @@ pub(super) fn clips(
         remove_lost(shot, log);
     }
     // names of shots in the table are believed
-    if let [shot] = shots.as_slice()
-        && let ranges = ranges(shot, settings.fps())
-        && ranges.len() > 1
-    {
-        let clip = |(number, frames): (usize, Range<usize>)| {
-            let name = if alone { format!("{number}") } else { format!("{}-{number}", shot.name) };
-            clip(shot, frames, name)
-        };
-        let clips: Vec<RawShot> = (1..).zip(ranges).map(clip).collect();
+    if let [shot] = shots.as_slice() {
+        let clips: Vec<RawShot> = clips_of(shot, settings.fps(), alone);
         let is_seen = |track: &&RawTrack| track.seen().count() >= MIN_FRAMES;
-        if clips.iter().all(|clip| clip.tracks.iter().filter(is_seen).count() > 1) {
+        let are_clips = clips.iter().all(|clip| clip.tracks.iter().filter(is_seen).count() > 1);
+        if clips.len() > 1 && are_clips {
             let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
             let message = format!(
                 "holds {} clips, separated by jumps of the time or of both balls: taken as the shots {}; expected a column shot if that is wrong",
@@ -64,55 +55,53 @@ pub(super) fn clips(
     shots
 }
 
-/// Returns the frames of each clip: a clip begins after a long pause, or if both balls jump without
-/// an exchange of their names.
-fn ranges(shot: &RawShot, fps: Option<f64>) -> Vec<Range<usize>> {
+/// Returns the clips of a shot: one begins after a long pause, or if both balls jump without an
+/// exchange of their names.
+fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
     // without a unit, ms and frames cannot be distinguished
     let Some(unit) = shot.clock.unit else { return Vec::new() };
     let fps = shot.clock.fps.or(fps).unwrap_or(DEFAULT_FPS);
-    let step = shot.step();
+    let step = median(shot.instants().windows(2).map(|two| two[1] - two[0]).collect());
     let pause = (MIN_PAUSE_S / unit.seconds().unwrap_or(fps.recip())).max(STEPS * step);
-    let short = |two: &[f64; 2]| two[1] > 0.0 && two[1] < 1.5 * step;
-    let steps = shot.centres().map(|centres| centres.map(|track| shot.steps(track)));
-    let lengths = sorted(steps.iter().flatten().flatten().filter(|two| short(two)).map(|two| two[0]));
-    let long = lengths.get(lengths.len() * 9 / 10).copied().filter(|long| *long > 0.0);
-    let jump = MIN_CLIP_JUMP * long.unwrap_or(f64::INFINITY);
+    let is_short = |time: f64| time > 0.0 && time < 1.5 * step;
+    let centres = shot.centres();
+    let steps = centres.iter().flatten().flat_map(|track| track.steps());
+    let jump = step * jump_speed(steps.filter(|[_, time]| is_short(*time)));
     let jumps = |frame: usize| {
-        let Some([one, other]) = shot.centres() else { return false };
+        let Some([one, other]) = centres else { return false };
         let far = |from: &RawTrack, to: &RawTrack| from.rows[frame - 1].distance(&to.rows[frame]) > jump;
         far(one, one) && far(other, other) && far(one, other)
     };
     let begins = |frame: &usize| {
         let length = shot.times[*frame] - shot.times[*frame - 1];
-        length > pause || short(&[0.0, length]) && jumps(*frame)
+        length > pause || is_short(length) && jumps(*frame)
     };
-    let mut ends: Vec<usize> = (1..shot.times.len()).filter(begins).collect();
-    ends.push(shot.times.len());
-    let mut first = 0;
-    ends.into_iter().map(|end| std::mem::replace(&mut first, end)..end).collect()
-}
-
-fn clip(shot: &RawShot, frames: Range<usize>, name: String) -> RawShot {
-    let part = |track: &RawTrack| RawTrack { rows: track.rows[frames.clone()].to_vec(), ..track.clone() };
-    let mut tracks: Vec<RawTrack> = shot.tracks.iter().map(part).collect();
-    tracks.retain(|track| track.written().next().is_some());
-    let line = tracks.iter().map(RawTrack::line).min().unwrap_or(shot.line);
-    RawShot { name, line, times: shot.times[frames].to_vec(), tracks, ..shot.clone() }
+    let mut edges: Vec<usize> = (1..shot.times.len()).filter(begins).collect();
+    edges.insert(0, 0);
+    edges.push(shot.times.len());
+    let clip = |(number, two): (usize, &[usize])| {
+        let name = if alone { format!("{number}") } else { format!("{}-{number}", shot.name) };
+        let mut clip = RawShot { name, ..shot.clone() };
+        clip.tracks.iter_mut().for_each(|track| track.rows = track.rows[two[0]..two[1]].to_vec());
+        clip.tracks.retain(|track| track.written().next().is_some());
+        clip.line = clip.tracks.iter().map(RawTrack::line).min().unwrap_or(shot.line);
+        clip.regrid();
+        clip
+    };
+    if edges.len() > 2 { (1..).zip(edges.windows(2)).map(clip).collect() } else { Vec::new() }
 }
 
 /// Splits the rows of every shot, one track without a name, into the tracks of two balls, which
 /// have no name until clips are separated.
 pub(super) fn follow(shots: &mut [RawShot], input: &Input) {
     for shot in shots {
-        let rows = shot.tracks.first().into_iter().flat_map(RawTrack::seen);
-        let rows: Vec<(f64, Row)> = rows.map(|(frame, row)| (shot.times[frame], *row)).collect();
-        let mut tracks = [Vec::new(), Vec::new()];
-        let mut others = Vec::new();
-        for frame in rows.chunk_by(|a, b| a.0 == b.0) {
-            let found = nearest(tracks.each_ref().map(|track: &Vec<(f64, Row)>| track.last()), frame);
-            others.extend((0..frame.len()).filter(|i| !found.contains(&Some(*i))).map(|i| frame[i].1.line));
+        let rows: Vec<Row> = shot.tracks.iter().flat_map(RawTrack::seen).copied().collect();
+        let (mut tracks, mut others) = (vec![RawTrack::default(); 2], Vec::new());
+        for frame in rows.chunk_by(|a, b| a.time == b.time) {
+            let found = nearest([0, 1].map(|ball: usize| tracks[ball].rows.last()), frame);
+            others.extend((0..frame.len()).filter(|i| !found.contains(&Some(*i))).map(|i| frame[i].line));
             for (track, row) in tracks.iter_mut().zip(found) {
-                track.extend(row.map(|row| frame[row]));
+                track.rows.extend(row.map(|row| frame[row]));
             }
         }
         if let Some(first) = others.first() {
@@ -120,8 +109,8 @@ pub(super) fn follow(shots: &mut [RawShot], input: &Input) {
             let message = format!("{} {are} of other objects than the two balls: left out", others.len());
             input.log.add(Subject::Gaps, *first, message);
         }
-        shot.tracks = vec![RawTrack::default(); 2];
-        *shot = shot.clone().on_grid(tracks.into());
+        shot.tracks = tracks;
+        shot.regrid();
     }
     let message = "rows do not name the ball: both balls are followed from frame to frame, and the one that moves first is the cue ball";
     input.log.add(Subject::Names, None, message);
@@ -142,14 +131,14 @@ fn name_followed(shot: &mut RawShot, settings: &TrackSettings) {
 }
 
 /// Returns the rows of a frame nearest to two balls: the sum of both steps is least.
-fn nearest(last: [Option<&(f64, Row)>; 2], frame: &[(f64, Row)]) -> [Option<usize>; 2] {
-    let [Some((_, one)), Some((_, other))] = last else {
+fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
+    let [Some(one), Some(other)] = last else {
         return if frame.len() == 2 { [Some(0), Some(1)] } else { [None; 2] };
     };
-    if let [(_, row)] = frame {
+    if let [row] = frame {
         return if one.distance(row) < other.distance(row) { [Some(0), None] } else { [None, Some(0)] };
     }
-    let way = |(i, j): &(usize, usize)| one.distance(&frame[*i].1) + other.distance(&frame[*j].1);
+    let way = |(i, j): &(usize, usize)| one.distance(&frame[*i]) + other.distance(&frame[*j]);
     let pairs = (0..frame.len()).flat_map(|i| (0..frame.len()).map(move |j| (i, j)));
     let least = pairs.filter(|(i, j)| i != j).min_by(|a, b| way(a).total_cmp(&way(b)));
     least.map_or([None; 2], |(i, j)| [Some(i), Some(j)])
@@ -162,28 +151,28 @@ pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, log: Log) {
     if shot.tracks.len() < 3 || !shot.tracks.iter().all(is_plain) {
         return;
     }
-    let begin = |i: &usize| shot.tracks[*i].written().next().map(|(frame, _)| frame);
+    let begin = |i: &usize| shot.tracks[*i].written().next().map_or(0.0, |row| row.time);
     let mut order: Vec<usize> = (0..shot.tracks.len()).collect();
-    order.sort_by_key(begin);
+    order.sort_by(|a, b| begin(a).total_cmp(&begin(b)));
     let Some(heads) = heads(shot, &order, settings) else { return };
-    if !heads.iter().all(|head| is_in_order(shot, &shot.tracks[*head])) {
+    if !heads.iter().all(|head| is_in_order(&shot.tracks[*head])) {
         return;
     }
     for piece in order.into_iter().filter(|i| !heads.contains(i)) {
-        let Some(head) = continued(shot, heads, &shot.tracks[piece]) else { continue };
+        let Some(head) = continued(&shot.tracks, heads, &shot.tracks[piece]) else { continue };
         let piece = std::mem::take(&mut shot.tracks[piece]);
         let track = &mut shot.tracks[head];
-        let last = track.written().last().map_or(1, |(_, row)| row.line);
+        let last = track.written().last().map_or(1, |row| row.line);
         let message = format!(
             "\"{}\" begins where \"{}\" ends, in line {last}: taken as the same ball",
             piece.name, track.name
         );
         log.add(Subject::Names, piece.line(), message);
-        for (frame, row) in piece.written() {
-            track.rows[frame] = *row;
-        }
+        track.rows.retain(|row| row.line > 0);
+        track.rows.extend(piece.written());
     }
     shot.tracks.retain(|track| !track.rows.is_empty());
+    shot.regrid();
 }
 
 /// Returns the indices of the tracks to which pieces are joined; `order` is that of their starts.
@@ -198,9 +187,9 @@ fn heads(shot: &RawShot, order: &[usize], settings: &TrackSettings) -> Option<[u
 }
 
 /// Returns whether a track has its rows in the order of time, each time once.
-fn is_in_order(shot: &RawShot, track: &RawTrack) -> bool {
-    let rows: Vec<(f64, usize)> = track.written().map(|(frame, row)| (shot.times[frame], row.line)).collect();
-    rows.windows(2).all(|two| two[0].0 < two[1].0 && two[0].1 <= two[1].1)
+fn is_in_order(track: &RawTrack) -> bool {
+    let rows: Vec<&Row> = track.written().collect();
+    rows.windows(2).all(|two| two[0].time < two[1].time && two[0].line <= two[1].line)
 }
 
 /// Returns whether two names are ids that differ in numbers only: `track_1` and `track_6`.
@@ -210,19 +199,18 @@ fn are_ids(one: &str, other: &str) -> bool {
 }
 
 /// Returns the track that a piece continues: one that has ended, near its beginning.
-fn continued(shot: &RawShot, heads: [usize; 2], piece: &RawTrack) -> Option<usize> {
-    let (first, row) = piece.seen().next().filter(|_| is_in_order(shot, piece))?;
+fn continued(tracks: &[RawTrack], heads: [usize; 2], piece: &RawTrack) -> Option<usize> {
+    let first = piece.seen().next().filter(|_| is_in_order(piece))?;
     let end = |head: usize| {
-        let (last, end) = shot.tracks[head].seen().last().filter(|(last, _)| *last < first)?;
-        Some((head, last, end.distance(row)))
+        let last = tracks[head].seen().last().filter(|last| last.time < first.time)?;
+        Some((head, last.step(first)))
     };
-    let mut ends: Vec<(usize, usize, f64)> = heads.into_iter().filter_map(end).collect();
-    ends.sort_by(|a, b| a.2.total_cmp(&b.2));
-    let (head, last, distance) = *ends.first()?;
-    let is_nearer = ends.get(1).is_none_or(|(.., far)| distance < MAX_DISTANCE_RATIO * far);
-    let steps = heads.iter().flat_map(|head| shot.steps(&shot.tracks[*head]));
+    let mut ends: Vec<(usize, [f64; 2])> = heads.into_iter().filter_map(end).collect();
+    ends.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
+    let (head, [distance, time]) = *ends.first()?;
+    let is_nearer = ends.get(1).is_none_or(|(_, [far, _])| distance < MAX_DISTANCE_RATIO * far);
+    let steps = heads.iter().flat_map(|head| tracks[*head].steps());
     let fastest = steps.map(|[length, time]| length / time).fold(0.0, f64::max);
-    let reach = MAX_SPEED_RATIO * fastest * (shot.times[first] - shot.times[last]);
-    let is_id = are_ids(&shot.tracks[head].name, &piece.name);
-    (is_id && is_nearer && distance <= reach).then_some(head)
+    let is_id = are_ids(&tracks[head].name, &piece.name);
+    (is_id && is_nearer && distance <= MAX_SPEED_RATIO * fastest * time).then_some(head)
 }

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::units::{TimeUnit, Unit};
-use crate::numerics::median;
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RawShot {
@@ -20,27 +19,33 @@ pub(super) struct RawShot {
 }
 
 impl RawShot {
-    /// Returns the shot with each track's rows, written with their times, in frames: the second row
-    /// of a track at one time is in a frame of its own.
-    pub(super) fn on_grid(mut self, written: Vec<Vec<(f64, Row)>>) -> Self {
-        let mut tracks: Vec<Vec<((f64, usize), Row)>> = written.into_iter().map(numbered).collect();
-        let order = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
-        let mut frames: Vec<(f64, usize)> = tracks.iter().flatten().map(|(frame, _)| *frame).collect();
-        frames.sort_unstable_by(order);
+    /// Puts the rows of all tracks, in any order, on one grid of frames by their times: the second
+    /// row of a track at one time is in a frame of its own.
+    pub(super) fn regrid(&mut self) {
+        let mut frames: Vec<(f64, usize)> = Vec::new();
+        for track in &mut self.tracks {
+            track.rows.retain(|row| row.line > 0);
+            track.rows.sort_by(|a, b| a.time.total_cmp(&b.time));
+            for rows in track.rows.chunk_by(|a, b| a.time == b.time) {
+                frames.extend(rows.iter().enumerate().map(|(above, row)| (row.time, above)));
+            }
+        }
+        frames.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         frames.dedup();
-        for (track, rows) in self.tracks.iter_mut().zip(&mut tracks) {
-            let mut rows = std::mem::take(rows).into_iter().peekable();
-            let mut of = |frame: &(f64, usize)| rows.next_if(|(own, _)| own == frame);
-            track.rows = frames.iter().map(|frame| of(frame).map_or(Row::NONE, |(_, row)| row)).collect();
+        for track in &mut self.tracks {
+            let mut rows = std::mem::take(&mut track.rows).into_iter().peekable();
+            let mut row_at = |time: f64| rows.next_if(|row| row.time == time).unwrap_or(Row::NONE);
+            track.rows = frames.iter().map(|(time, _)| row_at(*time)).collect();
         }
         self.times = frames.into_iter().map(|(time, _)| time).collect();
-        self
     }
 
-    /// Returns the rows that the file has of each track, with their times.
-    pub(super) fn written(&self) -> Vec<Vec<(f64, Row)>> {
-        let rows = |track: &RawTrack| track.written().map(|(i, row)| (self.times[i], *row)).collect();
-        self.tracks.iter().map(rows).collect()
+    /// Gives the frames other times, in the same order.
+    pub(super) fn set_times(&mut self, times: Vec<f64>) {
+        for track in &mut self.tracks {
+            track.rows.iter_mut().zip(&times).for_each(|(row, time)| row.time = *time);
+        }
+        self.times = times;
     }
 
     /// Returns the different times, ascending.
@@ -50,24 +55,9 @@ impl RawShot {
         times
     }
 
-    /// Returns the median step of time; NaN with fewer than two times.
-    pub(super) fn step(&self) -> f64 {
-        median(self.instants().windows(2).map(|two| two[1] - two[0]).collect())
-    }
-
     pub(super) fn centres(&self) -> Option<[&RawTrack; 2]> {
         let centres = self.tracks.iter().filter(|track| track.is_centre());
         centres.collect::<Vec<_>>().try_into().ok()
-    }
-
-    /// Returns the lengths and durations of a track's steps from one position that is seen to the
-    /// next one.
-    pub(super) fn steps(&self, track: &RawTrack) -> Vec<[f64; 2]> {
-        let seen: Vec<(usize, &Row)> = track.seen().collect();
-        let step = |two: &[(usize, &Row)]| {
-            [two[0].1.distance(two[1].1), self.times[two[1].0] - self.times[two[0].0]]
-        };
-        seen.windows(2).map(step).collect()
     }
 
     /// Returns the time at which a track is a tenth of its way from its start, as a part of the time
@@ -75,29 +65,30 @@ impl RawShot {
     pub(super) fn beginning(&self, track: &RawTrack) -> Option<f64> {
         const MOVED: f64 = 0.1;
         let (first, last) = (self.times.first()?, self.times.last()?);
-        let (_, origin) = track.seen().next()?;
-        let most = track.seen().map(|(_, row)| origin.distance(row)).fold(0.0, f64::max);
-        let moving = track.seen().find(|(_, row)| origin.distance(row) > MOVED * most);
-        let part = |frame: usize| (self.times[frame] - first) / (last - first).max(f64::MIN_POSITIVE);
-        Some(moving.map_or(1.0, |(frame, _)| part(frame)))
+        let origin = track.seen().next()?;
+        let most = track.seen().map(|row| origin.distance(row)).fold(0.0, f64::max);
+        let moving = track.seen().find(|row| origin.distance(row) > MOVED * most);
+        Some(moving.map_or(1.0, |row| (row.time - first) / (last - first).max(f64::MIN_POSITIVE)))
     }
-}
-
-/// Returns rows in the order of time, with the number of rows above of the same time.
-fn numbered(mut rows: Vec<(f64, Row)>) -> Vec<((f64, usize), Row)> {
-    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut last = (f64::NAN, 0);
-    let number = |(time, row): (f64, Row)| {
-        last = (time, if time == last.0 { last.1 + 1 } else { 0 });
-        (last, row)
-    };
-    rows.into_iter().map(number).collect()
 }
 
 pub(super) fn sorted(numbers: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut sorted: Vec<f64> = numbers.collect();
     sorted.sort_unstable_by(f64::total_cmp);
     sorted
+}
+
+/// Returns the number at a part of a sorted list.
+pub(super) fn value_at(sorted: &[f64], part: f64) -> Option<f64> {
+    sorted.get((part * sorted.len() as f64) as usize).copied()
+}
+
+/// Returns the speed beyond which a step is a jump: a multiple of that which nine tenths of these
+/// steps do not exceed, since others may be wrong. Infinite without motion.
+pub(super) fn jump_speed(steps: impl Iterator<Item = [f64; 2]>) -> f64 {
+    const MIN_JUMP: f64 = 5.0;
+    let speeds = sorted(steps.map(|[length, time]| length / time).filter(|speed| speed.is_finite()));
+    MIN_JUMP * value_at(&speeds, 0.9).filter(|fast| *fast > 0.0).unwrap_or(f64::INFINITY)
 }
 
 pub(super) fn span(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
@@ -153,25 +144,31 @@ impl RawTrack {
         self.point.is_none()
     }
 
-    /// Returns the rows that the file has, with their frames.
-    pub(super) fn written(&self) -> impl Iterator<Item = (usize, &Row)> + Clone {
-        self.rows.iter().enumerate().filter(|(_, row)| row.line > 0)
+    /// Returns the rows that the file has.
+    pub(super) fn written(&self) -> impl Iterator<Item = &Row> + Clone {
+        self.rows.iter().filter(|row| row.line > 0)
     }
 
-    /// Returns the rows with positions, with their frames.
-    pub(super) fn seen(&self) -> impl Iterator<Item = (usize, &Row)> + Clone {
-        self.rows.iter().enumerate().filter(|(_, row)| !row.is_gap())
+    /// Returns the rows with positions.
+    pub(super) fn seen(&self) -> impl Iterator<Item = &Row> + Clone {
+        self.rows.iter().filter(|row| !row.is_gap())
+    }
+
+    /// Returns the steps from one row with a position to the next one.
+    pub(super) fn steps(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.seen().zip(self.seen().skip(1)).map(|(row, next)| row.step(next))
     }
 
     /// Returns the first of its lines.
     pub(super) fn line(&self) -> usize {
-        self.written().map(|(_, row)| row.line).min().unwrap_or(1)
+        self.written().map(|row| row.line).min().unwrap_or(1)
     }
 }
 
 /// A position; NaN in a gap, as are standard deviations that the file does not have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Row {
+    pub(crate) time: f64,
     pub(crate) place: [f64; 2],
     pub(crate) sd: [f64; 2],
     /// 0 if the file has no row of the track in this frame.
@@ -179,10 +176,15 @@ pub(super) struct Row {
 }
 
 impl Row {
-    pub(super) const NONE: Self = Self { place: [f64::NAN; 2], sd: [f64::NAN; 2], line: 0 };
+    pub(super) const NONE: Self = Self { time: f64::NAN, place: [f64::NAN; 2], sd: [f64::NAN; 2], line: 0 };
 
     pub(super) fn distance(&self, other: &Self) -> f64 {
         (self.place[0] - other.place[0]).hypot(self.place[1] - other.place[1])
+    }
+
+    /// Returns the length and the duration of the step to another row.
+    pub(super) fn step(&self, other: &Self) -> [f64; 2] {
+        [self.distance(other), other.time - self.time]
     }
 
     pub(super) fn lose(&mut self) {

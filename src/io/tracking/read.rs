@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::formats::FORMATS;
 use super::heading::{Heading, TITLES, headings};
@@ -9,7 +10,6 @@ use super::input::{Context, Input, Subject, stem};
 use super::layout::Layout;
 use super::raw::{RawShot, RawTrack};
 use super::settings::Format;
-use super::units::Unit;
 use super::{columns, json, pieces, reader};
 use crate::io::number::shortened;
 use crate::io::text::{decode, filled_lines, without_separator_line};
@@ -17,8 +17,6 @@ use crate::io::text::{decode, filled_lines, without_separator_line};
 pub(super) struct Tracked {
     pub(crate) shots: Vec<RawShot>,
     pub(crate) format: Format,
-    /// Unit of its lengths, if the file or its format states it.
-    pub(crate) unit: Option<Unit>,
 }
 
 /// Returns the shots of a file, with clips separated and pieces of tracks joined. `alone`: the
@@ -38,12 +36,12 @@ pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked
         problems.add(file, None, None, TRACKER_PROJECT);
         return None;
     }
-    let stem = stem(file);
-    let mut tracked = as_written(&Input { file, text: &text, stem: &stem, settings, problems, log })?;
+    let (stem, file) = (stem(file), Arc::new(file.to_path_buf()));
+    let input = Input { file: &file, text: &text, stem: &stem, settings, problems, log };
+    let mut tracked = as_written(&input)?;
     tracked.shots = pieces::clips(tracked.shots, settings, alone, log);
     for shot in &mut tracked.shots {
         pieces::join(shot, settings, log);
-        shot.unit = tracked.unit;
     }
     Some(tracked)
 }
@@ -56,7 +54,7 @@ fn as_written(input: &Input) -> Option<Tracked> {
         return Some(by_layout(&columns::layout(input, columns)?, input));
     }
     if wanted(Format::Json) && json::detect(input.text) {
-        return json::read(input).map(|(shots, unit)| Tracked { shots, format: Format::Json, unit });
+        return json::read(input).map(|shots| Tracked { shots, format: Format::Json });
     }
     let before = input.problems.len();
     let headings = headings(input.text, TITLES);
@@ -76,24 +74,18 @@ fn by_layout(layout: &Layout, input: &Input) -> Tracked {
     layout.note(input);
     let mut shots = reader::read(input, layout);
     for shot in shots.iter_mut().filter(|_| layout.format == Format::Qualisys) {
-        count_frames(shot, layout, input);
+        begin_at_zero(shot, input);
     }
     if layout.is_of_paths() {
         pieces::follow(&mut shots, input);
     }
-    Tracked { shots, format: layout.format, unit: layout.unit }
+    Tracked { shots, format: layout.format }
 }
 
-/// Counts the frames of Qualisys from the first row on, and turns positions at 0, 0 into gaps.
-fn count_frames(shot: &mut RawShot, layout: &Layout, input: &Input) {
-    shot.clock = layout.clock;
-    let fps = layout.clock.fps.unwrap_or_default();
+/// Counts the times of Qualisys from the first row on, and turns positions at 0, 0 into gaps.
+fn begin_at_zero(shot: &mut RawShot, input: &Input) {
     let first = shot.times.first().copied().unwrap_or_default();
-    let is_in_seconds = layout.time.is_some_and(|column| layout.heading.names[column] == "Time");
-    for time in &mut shot.times {
-        // times are rounded to digits
-        *time = if is_in_seconds { ((*time - first) * fps).round() } else { *time - first };
-    }
+    shot.set_times(shot.times.iter().map(|time| time - first).collect());
     for RawTrack { name, rows, .. } in &mut shot.tracks {
         for row in rows.iter_mut().filter(|row| row.place == [0.0, 0.0]) {
             row.lose();

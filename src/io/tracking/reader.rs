@@ -1,9 +1,9 @@
 //! Reading of a file's rows to shots and tracks, for all formats.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
-use std::path::PathBuf;
 use std::sync::Arc;
+
+use indexmap::IndexMap;
 
 use super::clock::{Style, count_frames, is_clock, seconds};
 use super::input::{Input, Subject};
@@ -23,24 +23,12 @@ const LIKELY: f64 = 0.6;
 /// Reads the rows of a file. Skips comments (`#`) and blank lines; reports rows with a wrong number
 /// of cells.
 pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
-    let mut reader = Reader::new(input, layout);
+    let (times, positions, shots) = (Mark::default(), Mark::default(), IndexMap::new());
+    let mut reader = Reader { input, layout, times, positions, clock: None, shots, trackless: None };
     let limit = input.problems.len() + MAX_PROBLEMS;
-    let mut blocks = layout.blocks.iter();
-    let Some(mut block) = blocks.next() else { return Vec::new() };
-    let mut first_body = 0;
-    for (line, text) in lines(input.text) {
-        while line > block.last {
-            first_body += block.bodies.len();
-            let Some(next) = blocks.next() else { return reader.finish() };
-            block = next;
-        }
-        if input.problems.len() >= limit {
-            break;
-        }
+    for (line, text) in lines(input.text).take_while(|_| input.problems.len() < limit) {
         let content = text.trim_start();
-        if line <= block.above || content.is_empty() {
-            continue;
-        }
+        let Some(block) = layout.block(line).filter(|_| !content.is_empty()) else { continue };
         let cells = text::cells(text, layout.heading.separator);
         if content.starts_with('#') {
             if cells.is_ok_and(|cells| layout.shot == Some(0) && cells.len() == layout.heading.names.len()) {
@@ -49,12 +37,10 @@ pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
             }
             continue;
         }
-        let Ok(cells) = cells else {
-            input.wrong(line, None, "a quotation mark does not close in this line, or text follows it");
-            continue;
-        };
-        match with_width(cells, layout) {
-            Ok(cells) => reader.add(line, &cells, &block.bodies, first_body),
+        let slip = "a quotation mark does not close in this line, or text follows it";
+        let cells = cells.map_err(|_| slip.to_string()).and_then(|cells| with_width(cells, layout));
+        match cells {
+            Ok(cells) => reader.add(line, &cells, &block.bodies),
             Err(message) => input.wrong(line, None, message),
         }
     }
@@ -85,43 +71,21 @@ fn with_width<'a>(mut cells: Vec<Cow<'a, str>>, layout: &Layout) -> Result<Vec<C
 }
 
 /// Rows already read, sorted into shots and tracks, and the properties that all cells share.
-pub(super) struct Reader<'a> {
+struct Reader<'a> {
     input: &'a Input<'a>,
     layout: &'a Layout,
-    file: Arc<PathBuf>,
     times: Mark,
     positions: Mark,
     /// How the first time is written, with its line: as that of a clock or, `None`, as a number.
     clock: Option<(Option<Style>, usize)>,
-    shots: Vec<RawShot>,
-    /// The rows of each track of each shot, with their times.
-    written: Vec<Vec<Vec<(f64, Row)>>>,
-    by_name: HashMap<String, usize>,
-    /// The shot of the row above.
-    last: usize,
+    /// The shots by their names, with rows that are not on a grid of frames yet.
+    shots: IndexMap<String, RawShot>,
     /// The first row that belongs to no track.
     trackless: Option<usize>,
 }
 
-impl<'a> Reader<'a> {
-    pub(super) fn new(input: &'a Input, layout: &'a Layout) -> Self {
-        Self {
-            input,
-            layout,
-            file: Arc::new(input.file.to_path_buf()),
-            times: Mark::default(),
-            positions: Mark::default(),
-            clock: None,
-            shots: Vec::new(),
-            written: Vec::new(),
-            by_name: HashMap::new(),
-            last: usize::MAX,
-            trackless: None,
-        }
-    }
-
-    /// Adds a row; `first_body` is the number of bodies in the blocks above.
-    pub(super) fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body], first_body: usize) {
+impl Reader<'_> {
+    fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body]) {
         let Input { file, problems, stem, log, .. } = *self.input;
         let layout = self.layout;
         let at = |column: usize| {
@@ -150,14 +114,13 @@ impl<'a> Reader<'a> {
                 return;
             }
         }
-        self.begin(layout.shot.map_or(stem, |column| at(column).text), line);
+        let shot = self.shot(layout.shot.map_or(stem, |column| at(column).text), line);
         // without times, rows of a shot are counted
-        let rows = self.written[self.last].first().map_or(0, Vec::len);
+        let rows = self.shots[shot].tracks.first().map_or(0, |track| track.rows.len());
         // −0 is 0
         let time = time.unwrap_or(rows as f64) + 0.0;
-        for (body, number) in bodies.iter().zip(first_body..) {
-            let place = self.place(body, at);
-            let row = Row { place, sd: self.deviations(body, at), line };
+        for body in bodies {
+            let row = Row { time, place: self.place(body, at), sd: self.deviations(body, at), line };
             let name = body.ball.map_or(body.name.as_str(), |column| at(column).text);
             let point = match body.part {
                 Part::Centre => body.point.map(|column| at(column).text),
@@ -166,99 +129,72 @@ impl<'a> Reader<'a> {
             };
             let is_centre =
                 |point: &&str| ["", "centre", "center"].iter().any(|word| point.eq_ignore_ascii_case(word));
-            let track = self.track(number, name, point.filter(|point| !is_centre(point)), body.part);
-            self.written[self.last][track].push((time, row));
+            let point = point.filter(|point| !is_centre(point));
+            let tracks = &mut self.shots[shot].tracks;
+            let is_it = |known: &RawTrack| {
+                known.body == body.index && known.point.as_deref() == point && known.name == name
+            };
+            let track = tracks.iter().position(is_it).unwrap_or_else(|| {
+                let (name, point) = (name.to_string(), point.map(str::to_string));
+                let is_angle = matches!(body.part, Part::Angle(_));
+                tracks.push(RawTrack { name, body: body.index, point, is_angle, ..RawTrack::default() });
+                tracks.len() - 1
+            });
+            tracks[track].rows.push(row);
         }
     }
 
-    fn begin(&mut self, name: &str, line: usize) {
-        if self.shots.get(self.last).is_some_and(|last| last.name == name) {
-            return;
-        }
-        self.last = self.by_name.get(name).copied().unwrap_or(self.shots.len());
-        if self.last == self.shots.len() {
-            self.by_name.insert(name.to_string(), self.last);
-            let (file, clock) = (Arc::clone(&self.file), self.layout.clock);
-            let (unit, name) = (self.layout.unit, name.to_string());
+    /// Returns the index of a shot, which is begun unless it is known.
+    fn shot(&mut self, name: &str, line: usize) -> usize {
+        self.shots.get_index_of(name).unwrap_or_else(|| {
+            let (file, Layout { clock, unit, .. }) = (Arc::clone(self.input.file), self.layout);
             let (times, tracks) = (Vec::new(), Vec::new());
-            self.shots.push(RawShot { name, file, line, clock, unit, times, tracks });
-            self.written.push(Vec::new());
-        }
-    }
-
-    fn track(&mut self, body: usize, name: &str, point: Option<&str>, part: Part) -> usize {
-        let tracks = &mut self.shots[self.last].tracks;
-        let is_it =
-            |known: &RawTrack| known.body == body && known.point.as_deref() == point && known.name == name;
-        let i = tracks.iter().position(is_it).unwrap_or(tracks.len());
-        if i == tracks.len() {
-            let (name, point) = (name.to_string(), point.map(str::to_string));
-            let is_angle = matches!(part, Part::Angle(_));
-            tracks.push(RawTrack { name, body, point, is_angle, ..RawTrack::default() });
-            self.written[self.last].push(Vec::new());
-        }
-        i
+            let shot =
+                RawShot { name: name.to_string(), file, line, clock: *clock, unit: *unit, times, tracks };
+            self.shots.insert_full(name.to_string(), shot).0
+        })
     }
 
     /// Reads a time, a number or that of a clock; `None` if the cell is empty or wrong. All are
     /// written as the first one is; of fractions of seconds the most digits count.
     fn time(&mut self, cell: Place) -> Option<f64> {
-        let shown = || shortened(cell.text.trim());
+        let text = shortened(cell.text.trim());
         let (time, style) = if !is_clock(cell.text) {
             (self.times.number(cell)?, None)
         } else if let Some((time, style)) = seconds(cell.text) {
             (time, Some(style))
         } else {
-            cell.wrong(format!(
-                "\"{}\" is not a time; expected h:mm:ss.fff, h:mm:ss:cs or a number",
-                shown()
-            ));
+            cell.wrong(format!("\"{text}\" is not a time; expected h:mm:ss.fff, h:mm:ss:cs or a number"));
             return None;
         };
         let (first, at) = self.clock.get_or_insert((style, cell.line));
         if let (Some(Style::Fraction(most)), Some(Style::Fraction(digits))) = (first.as_mut(), style) {
             *most = digits.max(*most);
         } else if *first != style {
-            cell.wrong(format!("\"{}\" is not written like the time in line {at}", shown()));
+            cell.wrong(format!("\"{text}\" is not written like the time in line {at}"));
             return None;
         }
         Some(time)
     }
 
-    fn position<'c>(&mut self, columns: [usize; 2], at: impl Fn(usize) -> Place<'c>) -> [f64; 2] {
-        let Input { problems, log, .. } = *self.input;
-        let before = problems.len();
-        let cells = columns.map(at);
-        match cells.map(|cell| self.positions.number(cell)) {
-            [Some(x), Some(y)] => return [x, y],
-            [None, None] => {}
-            _ if problems.len() > before => {}
-            _ => {
-                let [x, y] = cells.map(|cell| format!("{} \"{}\"", cell.column, shortened(cell.text.trim())));
-                let message = format!("{x} and {y}: half a position; taken as a gap");
-                log.add(Subject::Gaps, cells[0].line, message);
-            }
-        }
-        [f64::NAN; 2]
-    }
-
     /// Reads the position of a body: the middle of a box, and a gap if it is too unlikely; or an
     /// angle.
-    fn place<'c>(&mut self, body: &Body, at: impl Fn(usize) -> Place<'c> + Copy) -> [f64; 2] {
+    fn place<'c>(&mut self, body: &Body, at: impl Fn(usize) -> Place<'c>) -> [f64; 2] {
         if let Part::Angle(unit) = body.part {
             let angle = self.positions.beside(at(body.xy[0])).unwrap_or(f64::NAN);
             return [if unit == AngleUnit::Degrees { 1.0_f64.to_radians() * angle } else { angle }, 0.0];
         }
-        let [x, y] = self.position(body.xy, at);
-        let place = if let Some(corner) = body.corner {
-            let [other_x, other_y] = self.position(corner, at);
-            [f64::midpoint(x, other_x), f64::midpoint(y, other_y)]
-        } else if let Some(size) = body.size {
-            let [width, height] = self.position(size, at);
-            [x + 0.5 * width, y + 0.5 * height]
-        } else {
-            [x, y]
-        };
+        let place = [0, 1].map(|axis: usize| {
+            let mut number =
+                |columns: [usize; 2]| self.positions.number(at(columns[axis])).unwrap_or(f64::NAN);
+            let own = number(body.xy);
+            match (body.corner, body.size) {
+                (Some(corner), _) => f64::midpoint(own, number(corner)),
+                (None, Some(size)) => own + 0.5 * number(size),
+                (None, None) => own,
+            }
+        });
+        self.input.note_half(place, at(body.xy[0]).line);
         let likelihood = body.likelihood.and_then(|column| self.positions.beside(at(column)));
         if place[0].is_nan() || likelihood.is_none_or(|likelihood| likelihood >= LIKELY) {
             return place;
@@ -280,7 +216,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reports properties of all rows, and returns the shots. Time codes become numbers of frames.
-    pub(super) fn finish(self) -> Vec<RawShot> {
+    fn finish(self) -> Vec<RawShot> {
         let Input { file, problems, log, .. } = *self.input;
         if let (Some(column), Some(first), true) = (self.layout.ball(), self.trackless, self.shots.is_empty())
         {
@@ -293,8 +229,8 @@ impl<'a> Reader<'a> {
         if self.positions.is_comma() || self.times.is_comma() {
             log.add(Subject::Format, None, "decimal comma");
         }
-        let mut shots: Vec<RawShot> =
-            self.shots.into_iter().zip(self.written).map(|(shot, written)| shot.on_grid(written)).collect();
+        let mut shots: Vec<RawShot> = self.shots.into_values().collect();
+        shots.iter_mut().for_each(RawShot::regrid);
         if let Some((Some(style), line)) = self.clock {
             let mut clock = Clock { rounding: Some(style.resolution()), ..Clock::of(TimeUnit::S) };
             if style == Style::Colon(2)

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
 
-use super::input::quoted;
+use super::input::listed;
 use super::raw::RawShot;
 use super::settings::{NAMED, Names, TrackSettings};
 use crate::io::error::{Problems, did_you_mean};
@@ -35,10 +35,15 @@ pub(crate) const KNOWN: [&str; 13] = [
 /// Separator of several names of tracks in a cell.
 const BETWEEN: char = ';';
 
-/// Statements of the table of shots, or else of dataset.toml, about a shot.
-#[derive(Clone, Debug, Default)]
+/// Statements about a shot: those of its row or, for empty cells and without a row, of dataset.toml.
+#[derive(Clone)]
 pub(super) struct Facts {
-    pub(crate) spin: Spin,
+    line: usize,
+    /// The reason, if the shot is to be skipped.
+    pub(crate) skip: Option<String>,
+    pub(crate) stated: StatedSpin,
+    /// The file that holds the shot, as written.
+    file: Option<String>,
     pub(crate) labels: BTreeMap<String, String>,
     /// Names of tracks, in the order of [`NAMED`].
     pub(crate) names: [Names; 4],
@@ -47,55 +52,72 @@ pub(super) struct Facts {
     pub(crate) capture_fps: Option<f64>,
 }
 
-/// The rows of the table, and the defaults of shots without a row.
+impl Facts {
+    /// Returns the spin, which is unknown if it is not stated, or until markers show it.
+    pub(super) fn spin(&self) -> Spin {
+        if let StatedSpin::Is(spin) = self.stated { spin } else { Spin::Unknown }
+    }
+}
+
+/// The rows of the table by the names of shots, in the order of the file.
 pub(super) struct ShotsTable<'a> {
     path: PathBuf,
     problems: &'a Problems,
-    /// The rows by the names of shots, in the order of the file.
-    rows: IndexMap<String, ShotRow>,
-    assumed: StatedSpin,
+    rows: IndexMap<String, Facts>,
+    /// The facts of shots without a row.
+    others: Facts,
     pub(crate) labels: Vec<String>,
     /// A note on the columns that are labels.
-    pub(super) note: Option<String>,
-}
-
-struct ShotRow {
-    line: usize,
-    /// The reason, if the shot is to be skipped.
-    skip: Option<String>,
-    /// `None`: the statement is wrong.
-    spin: Option<StatedSpin>,
-    /// The file that holds the shot, as written.
-    file: Option<String>,
-    labels: BTreeMap<String, String>,
-    names: [Option<Names>; 4],
-    capture_fps: Option<f64>,
+    pub(crate) note: Option<String>,
+    pub(crate) has_rates: bool,
 }
 
 impl<'a> ShotsTable<'a> {
-    pub(super) fn read(path: Option<&Path>, assumed: StatedSpin, problems: &'a Problems) -> Self {
+    pub(super) fn read(settings: &TrackSettings, assumed: StatedSpin, problems: &'a Problems) -> Self {
+        let path = settings.shots.as_deref();
         let table = path.and_then(|path| Table::read(path, problems));
+        let others = Facts {
+            line: 0,
+            skip: None,
+            stated: assumed,
+            file: None,
+            labels: BTreeMap::new(),
+            names: settings.names.clone(),
+            names_balls: false,
+            capture_fps: settings.fps(),
+        };
         let path = path.map(Path::to_path_buf).unwrap_or_default();
-        let mut all = Self { path, problems, rows: IndexMap::new(), assumed, labels: Vec::new(), note: None };
+        let (rows, labels, note, has_rates) = (IndexMap::new(), Vec::new(), None, false);
+        let mut all = Self { path, problems, rows, others, labels, note, has_rates };
         let Some(table) = table else { return all };
-        let columns =
-            OMEGA.map(|name| (name, 1.0, FINITE)).into_iter().chain([("capture_fps", 1.0, POSITIVE)]);
-        let rows = Rows::read(&table, &KNOWN, columns, "shot");
+        let columns = OMEGA.map(|name| (name, 1.0, FINITE)).into_iter();
+        let rows = Rows::read(&table, &KNOWN, columns.chain([("capture_fps", 1.0, POSITIVE)]), "shot");
         let spins = rows.spins(OMEGA, assumed);
         all.labels = rows.labels().map(str::to_string).collect();
         all.note = rows.note(None);
+        all.others.labels = all.labels.iter().map(|label| (label.clone(), String::new())).collect();
         for row in 0..table.rows() {
             let Some(shot) = table.text("shot", row) else { continue };
-            let read = ShotRow {
+            let names = NAMED.map(|column| names(&table, row, column));
+            let rate = rows.at("capture_fps", row).map(|rate| rate.value).filter(|rate| *rate > 0.0);
+            all.has_rates |= rate.is_some();
+            let facts = Facts {
                 line: table.line(row),
                 skip: skip(&table, row),
-                spin: spins[row],
+                // a wrong one was reported
+                stated: spins[row].unwrap_or(assumed),
                 file: table.text("file", row).map(str::to_string),
                 labels: rows.labels_at(row),
-                names: NAMED.map(|column| names(&table, row, column)),
-                capture_fps: rows.at("capture_fps", row).map(|rate| rate.value).filter(|rate| *rate > 0.0),
+                names_balls: names[..2].iter().any(Option::is_some),
+                names: [0, 1, 2, 3].map(|i| names[i].as_ref().unwrap_or(&all.others.names[i]).clone()),
+                capture_fps: rate.or(all.others.capture_fps),
             };
-            if let Some(ShotRow { line, .. }) = all.rows.insert(shot.to_string(), read) {
+            if settings.discs && !matches!(facts.spin(), Spin::Stun | Spin::Unknown) {
+                let message = "discs do not roll; expected stun (no disc turns before the impact) or unknown: points on the discs \
+                               show how they turn";
+                table.wrong(row, "cue_spin", message);
+            }
+            if let Some(Facts { line, .. }) = all.rows.insert(shot.to_string(), facts) {
                 let message = format!("\"{shot}\" also stands in line {line}; expected each shot once");
                 table.wrong(row, "shot", message);
             }
@@ -103,40 +125,14 @@ impl<'a> ShotsTable<'a> {
         all
     }
 
-    pub(super) fn skip(&self, shot: &str) -> Option<&str> {
-        self.rows.get(shot)?.skip.as_deref()
-    }
-
-    /// Returns the statement about the spin of a shot; a wrong one was reported, and counts as that
-    /// of dataset.toml.
-    pub(super) fn spin(&self, shot: &str) -> StatedSpin {
-        self.rows.get(shot).and_then(|row| row.spin).unwrap_or(self.assumed)
-    }
-
-    /// Returns the facts of a shot; the spin is unknown if it is not stated, or until markers show
-    /// it.
-    pub(super) fn facts(&self, shot: &str, settings: &TrackSettings) -> Facts {
-        let spin = if let StatedSpin::Is(spin) = self.spin(shot) { spin } else { Spin::Unknown };
-        let all = || self.labels.iter().map(|label| (label.clone(), String::new()));
-        let row = self.rows.get(shot);
-        let name = |i: usize| row.and_then(|row| row.names[i].as_ref()).unwrap_or(&settings.names[i]).clone();
-        Facts {
-            spin,
-            labels: row.map_or_else(|| all().collect(), |row| row.labels.clone()),
-            names: [0, 1, 2, 3].map(name),
-            names_balls: row.is_some_and(|row| row.names[..2].iter().any(Option::is_some)),
-            capture_fps: row.and_then(|row| row.capture_fps).or(settings.fps()),
-        }
-    }
-
-    pub(super) fn has_rates(&self) -> bool {
-        self.rows.values().any(|row| row.capture_fps.is_some())
+    pub(super) fn facts(&self, shot: &str) -> &Facts {
+        self.rows.get(shot).unwrap_or(&self.others)
     }
 
     /// Gives shots the names that the table has for their files.
     pub(super) fn name_by_file(&self, raw: &mut [RawShot]) {
         let mut named: HashMap<usize, usize> = HashMap::new();
-        for (name, ShotRow { line, file, .. }) in &self.rows {
+        for (name, Facts { line, file, .. }) in &self.rows {
             let Some(file) = file else { continue };
             let of_file: Vec<usize> = (0..raw.len()).filter(|i| raw[*i].file.ends_with(file)).collect();
             let own = of_file.iter().copied().find(|i| raw[*i].name == *name);
@@ -155,7 +151,8 @@ impl<'a> ShotsTable<'a> {
                     format!("\"{file}\" is also the file of line {line}; expected each shot once")
                 }
                 (many, None) => {
-                    let names = quoted(many.iter().take(12).map(|i| &raw[*i].name));
+                    let names: Vec<&String> = many.iter().map(|i| &raw[*i].name).collect();
+                    let names = listed(&names);
                     format!(
                         "\"{file}\" holds no shot \"{name}\"; expected one of its shots under shot: {names}"
                     )

@@ -5,6 +5,8 @@ use std::fs;
 use std::num::NonZero;
 use std::path::Path;
 
+use indexmap::IndexMap;
+
 use super::column_names::{Column, Columns};
 use super::discs;
 use super::heading::{Heading, Rows, TITLES, headings};
@@ -62,7 +64,8 @@ pub(crate) fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
         return plain;
     }
     let guess = fs::read(file).ok().and_then(|bytes| columns(&decode(&bytes).0));
-    let guess = guess.filter(|guess| plain.is_err() || guess.has_boxes());
+    let has_boxes = |guess: &Guess| ["width", "x2"].iter().any(|key| guess.columns.contains_key(*key));
+    let guess = guess.filter(|guess| plain.is_err() || has_boxes(guess));
     guess.and_then(|guess| look(file, guess).ok()).map_or(plain, Ok)
 }
 
@@ -76,14 +79,14 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
     let context = Context { settings: &settings, problems: &problems, notes: &notes };
     let read = read::file(file, context, true);
     let problems = problems.into_error().problems().to_vec();
-    let Some(read::Tracked { shots, format, unit }) = read else { return Err(problems) };
+    let Some(read::Tracked { shots, format }) = read else { return Err(problems) };
     let clock = shots.first().map(|shot| shot.clock);
     // without rows, only names support the guess
     if clock.is_none() && guess.columns.is_empty() {
         return Err(problems);
     }
     let tracks = shots.iter().flat_map(|shot| &shot.tracks).filter(|track| !track.is_angle);
-    let places: Vec<[f64; 2]> = tracks.flat_map(|track| track.seen()).map(|(_, row)| row.place).collect();
+    let places: Vec<[f64; 2]> = tracks.flat_map(|track| track.seen()).map(|row| row.place).collect();
     let sides = [0, 1].map(|axis| span(places.iter().map(|place| place[axis])));
     let closest_of_shots = sorted(shots.iter().filter_map(closest));
     let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && discs::are_two(shot);
@@ -94,7 +97,7 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
         closest: closest_of_shots.get(closest_of_shots.len() / 4).copied(),
         tracks: beginnings(&shots),
         stated_fps: clock.and_then(|clock| clock.fps),
-        unit: unit.map(Unit::name),
+        unit: shots.first().and_then(|shot| shot.unit).map(Unit::name),
         are_discs: guess.has_angles() || shots.iter().any(are_discs),
         problems: problems.iter().map(ToString::to_string).collect(),
         guess,
@@ -104,17 +107,15 @@ fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
 
 /// Returns the names of tracks, and the median of the parts of the time at which each moves.
 fn beginnings(shots: &[RawShot]) -> Vec<(String, f64)> {
-    let mut tracks: Vec<(String, Vec<f64>)> = Vec::new();
+    let mut tracks: IndexMap<&str, Vec<f64>> = IndexMap::new();
     for shot in shots {
         for track in shot.tracks.iter().filter(|track| !track.is_angle) {
-            let Some(begin) = shot.beginning(track) else { continue };
-            match tracks.iter_mut().find(|(known, _)| *known == track.name) {
-                Some((_, all)) => all.push(begin),
-                None => tracks.push((track.name.clone(), vec![begin])),
+            if let Some(begin) = shot.beginning(track) {
+                tracks.entry(&track.name).or_default().push(begin);
             }
         }
     }
-    tracks.into_iter().map(|(name, all)| (name, median(all))).collect()
+    tracks.into_iter().map(|(name, all)| (name.to_string(), median(all))).collect()
 }
 
 fn closest(shot: &RawShot) -> Option<f64> {
@@ -145,10 +146,6 @@ impl Guess {
 
     fn has_angles(&self) -> bool {
         self.columns.keys().any(|key| key.ends_with("angle"))
-    }
-
-    fn has_boxes(&self) -> bool {
-        self.columns.contains_key("width") || self.columns.contains_key("x2")
     }
 }
 
@@ -230,41 +227,42 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     let is_other = |column: &usize| is_free(column) && ![shot, ball].contains(&Some(*column));
     let frame = frame.filter(is_other);
     let time = time.filter(|column| frame.is_none() && is_other(column));
-    let count = names.iter().position(|name| name == "n").filter(|_| time.is_none());
+    let named_as = |name: &str| names.iter().position(|own| own == name);
+    let count = named_as("n").filter(|_| time.is_none());
     // an angle for each ball, or no column is one of angles
     if angles.len() != positions.len() || begins.len() == 1 && ball.is_none() {
         angles.clear();
     }
-    let only = |pairs: &[[usize; 2]]| if let ([pair], Some(_)) = (pairs, ball) { Some(*pair) } else { None };
-    let roles = [("shot", shot), ("frame", frame.or(count)), ("t", time), ("ball", ball)];
-    let mut keys: Vec<(String, Option<usize>)> =
-        roles.into_iter().map(|(key, column)| (key.to_string(), column)).collect();
+    let mut columns = Columns::new();
+    let mut add = |key: &str, column: Option<usize>| {
+        let name = column.map(|column| Column::Name(heading.names[column].clone()));
+        columns.extend(name.map(|name| (key.to_string(), name)));
+    };
+    for (key, column) in [("shot", shot), ("frame", frame.or(count)), ("t", time), ("ball", ball)] {
+        add(key, column);
+    }
+    // deviations and markers of the ball that the row names
+    let only = |pairs: &[[usize; 2]]| pairs.first().copied().filter(|_| pairs.len() == 1 && ball.is_some());
     for (i, (begin, xy)) in begins.iter().zip(&positions).enumerate() {
         let of = |word: &str| beside(&names, xy[0], word);
-        let size = |[width, height]: [&str; 2]| Some([of(width)?, of(height)?]);
-        let size = || [["width", "height"], ["w", "h"]].into_iter().find_map(size);
+        let size = |width, height| Some([of(width)?, of(height)?]);
         let sides = boxes.get(i);
+        let rest =
+            sides.map(|sides| sides.rest).or_else(|| size("width", "height")).or_else(|| size("w", "h"));
         let is_size = sides.is_none_or(|sides| sides.is_size);
-        let pairs = [
-            (["x", "y"], Some(*xy)),
-            (["x_sd", "y_sd"], only(&spreads)),
-            (["marker_x", "marker_y"], only(&markers)),
-            (
-                if is_size { ["width", "height"] } else { ["x2", "y2"] },
-                sides.map(|sides| sides.rest).or_else(size),
-            ),
-        ];
-        for ([x, y], pair) in pairs {
-            keys.push((format!("{begin}{x}"), pair.map(|pair| pair[0])));
-            keys.push((format!("{begin}{y}"), pair.map(|pair| pair[1])));
+        for (pair, [x, y]) in [
+            (Some(*xy), ["x", "y"]),
+            (only(&spreads), ["x_sd", "y_sd"]),
+            (only(&markers), ["marker_x", "marker_y"]),
+            (rest, if is_size { ["width", "height"] } else { ["x2", "y2"] }),
+        ] {
+            add(&format!("{begin}{x}"), pair.map(|pair| pair[0]));
+            add(&format!("{begin}{y}"), pair.map(|pair| pair[1]));
         }
-        keys.push((format!("{begin}angle"), angles.get(i).copied()));
-        let single = || names.iter().position(|name| name == "likelihood").filter(|_| begins.len() == 1);
-        keys.push((format!("{begin}likelihood"), of("likelihood").or_else(single)));
+        add(&format!("{begin}angle"), angles.get(i).copied());
+        let single = || named_as("likelihood").filter(|_| begins.len() == 1);
+        add(&format!("{begin}likelihood"), of("likelihood").or_else(single));
     }
-    let column =
-        |(key, column): (String, Option<usize>)| Some((key, Column::Name(heading.names[column?].clone())));
-    let mut columns: Columns = keys.into_iter().filter_map(column).collect();
     if angles.iter().any(|column| !heading.has_unit(*column)) {
         let most = angles.iter().map(|column| rows.largest(*column)).fold(0.0, f64::max);
         let unit = if most > MAX_RADIANS { "deg" } else { "rad" };
@@ -286,9 +284,8 @@ fn ball(
     let is_one = |column: &usize| positions == 2 && boxes != 1 && rows.values(*column) < 2;
     let is_stated =
         |column: &usize| boxes < 2 && is_free(column) && !rows.is_empty(*column) && !is_one(column);
-    let others: Vec<usize> = others.into_iter().flatten().collect();
     let may_name = |column: &usize| {
-        (positions == 1 || boxes == 1) && is_free(column) && rows.distinguishes_rows(*column, &others)
+        (positions == 1 || boxes == 1) && is_free(column) && rows.distinguishes_rows(*column, others)
     };
     let stated = find(names, BALLS).filter(is_stated);
     stated.or_else(|| find(names, PERHAPS_BALLS).filter(may_name))

@@ -1,27 +1,23 @@
 //! The time of each row, from the camera's frame rate and the times of the file.
+//!
+//! The clock of a file shows frame n at t = t₀ + n/rate, rounded to its resolution: whole numbers n
+//! are searched for that agree with all times.
 
 use super::input::{Log, Subject};
-use super::raw::{RawShot, sorted, span};
+use super::raw::{RawShot, RawTrack, sorted, span};
 use super::settings::TrackSettings;
 use super::units::TimeUnit;
 
-/// Largest relative deviation of the spacing of times from 1/`capture_fps`.
-const MAX_MISMATCH: f64 = 0.02;
-/// Largest deviation of a step from a whole number of frames, beyond its rounding.
-const MAX_OFF_GRID: f64 = 0.02;
+/// Largest relative deviation of the spacing of times from 1/`capture_fps`, and of a step from a
+/// whole number of frames, beyond its rounding.
+const MAX_OFF: f64 = 0.02;
+/// Largest deviation from whole frames, in frames, of times that are exact but for floating point.
+const MAX_INEXACT: f64 = 1e-3;
+/// Largest rounding, in frames, at which a time shows its frame.
+const MAX_ROUNDING: f64 = 0.3;
 /// Largest relative difference of an even clock's steps beyond rounding, and of a varying one's.
 const MAX_EVEN: f64 = 0.01;
 const MAX_VARYING: f64 = 0.3;
-
-/// The grid of frames behind the times of a shot.
-struct Grid {
-    /// Different times, ascending, in seconds of the file's own clock.
-    times: Vec<f64>,
-    /// Rounding of the times; 0 if they are exact.
-    resolution: f64,
-    /// Time between neighbouring frames; NaN for less than two times.
-    spacing: f64,
-}
 
 /// Converts the times of a shot's rows to seconds of the camera's clock and returns its frame rate;
 /// `fps` is the stated one. `Err`: the reason, and the remedy.
@@ -31,13 +27,14 @@ pub(super) fn convert(
     settings: &TrackSettings,
     log: Log,
 ) -> Result<f64, String> {
+    const NEEDS_RATE: &str = "expected [video] capture_fps, the frames per second that the camera recorded";
     let (clock, playback_fps) = (shot.clock, settings.video.playback_fps);
     if settings.video.has_unknown_rate() && (clock.unit != Some(TimeUnit::Frames) || clock.fps.is_some()) {
         let message = "[video] capture_fps is \"unknown\", but this file has times; expected frame numbers, or no capture_fps";
         return Err(message.to_string());
     }
     if let (Some(given), Some(stated)) = (fps, clock.fps)
-        && (given / stated - 1.0).abs() > MAX_MISMATCH
+        && (given / stated - 1.0).abs() > MAX_OFF
     {
         return Err(format!(
             "the file states {stated} fps, but [video] capture_fps is {given}; expected the same, or no capture_fps"
@@ -52,61 +49,45 @@ pub(super) fn convert(
         None => stated_unit.map_or_else(|| guess_unit(shot, rate), Ok)?,
     };
     let Some(second) = unit.seconds() else {
-        let missing =
-            "time is in frames; expected [video] capture_fps, the frames per second that the camera recorded";
-        let fps = fps.ok_or(missing)?;
-        if let Some(frame) = shot.times.iter().position(|time| time.fract() != 0.0) {
-            let line = shot.tracks.iter().map(|track| track.rows[frame].line).find(|line| *line > 0);
+        let fps = fps.ok_or_else(|| format!("time is in frames; {NEEDS_RATE}"))?;
+        let rows = || shot.tracks.iter().flat_map(RawTrack::written);
+        if let Some(row) = rows().find(|row| row.time.fract() != 0.0) {
             return Err(format!(
                 "line {}: frame {} is not a whole number; if it is a time, say [tracks] time_unit",
-                line.unwrap_or_default(),
-                shot.times[frame]
+                row.line, row.time
             ));
         }
-        shot.times.iter_mut().for_each(|time| *time /= fps);
+        shot.set_times(shot.times.iter().map(|time| time / fps).collect());
         return Ok(fps);
     };
-    let grid = Grid::of(shot, second);
-    shot.times.iter_mut().for_each(|time| *time *= second);
+    let mut grid = Grid::of(shot, second);
     let line = shot.line;
     let note = |message: String| log.add(Subject::Clock, line, message);
-    let Some((rate, fps)) = rate.zip(fps) else {
-        let (frames, fps) = grid.own_frames();
-        let is_regular = |two: &&[f64]| ((two[1] - two[0]) / grid.spacing - 1.0).abs() < 0.1;
-        let irregular = grid.times.windows(2).filter(|two| !is_regular(two)).count();
-        let is_coarse = grid.is_coarse(grid.spacing);
-        let why = match &frames {
-            _ if grid.spacing.is_nan() => "fewer than two times, which give no frame rate",
-            None if is_coarse || irregular * 4 >= grid.times.len() => "times are not regularly spaced",
-            _ => {
-                note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
-                if let Some(frames) = frames.filter(|_| is_coarse) {
-                    replace(shot, &grid.times, |i| grid.times[0] + frames[i] / fps);
-                }
-                return Ok(fps);
-            }
-        };
-        return Err(format!(
-            "{why}; expected [video] capture_fps, the frames per second that the camera recorded"
-        ));
+    let (times, fps) = match rate.zip(fps) {
+        None => grid.own_times(note).map_err(|why| format!("{why}; {NEEDS_RATE}"))?,
+        Some((rate, fps)) => {
+            grid.count_repeated(shot, second, rate)?;
+            (grid.camera_times([rate, fps], playback_fps.is_some(), note)?, fps)
+        }
     };
-    let repeats = grid.times.len() < shot.times.len();
-    if repeats && grid.resolution > 0.3 / rate && !grid.has_time_per_frame(rate) {
-        count_frames(shot, &grid, [rate, fps])?;
-        let rounding = grid.resolution;
-        note(format!("times are rounded to {rounding} s; rebuilt from the number of the row at {fps} fps"));
-        return Ok(fps);
-    }
-    let times = grid.camera_times([rate, fps], playback_fps.is_some(), note)?;
-    replace(shot, &grid.times, |i| times[i]);
+    let scaled = shot.times.iter().map(|time| time * second);
+    let new = |(i, time): (usize, f64)| {
+        times[if grid.are_rows { i } else { grid.times.partition_point(|other| *other < time) }]
+    };
+    shot.set_times(scaled.enumerate().map(new).collect());
     Ok(fps)
 }
 
-fn replace(shot: &mut RawShot, times: &[f64], new: impl Fn(usize) -> f64) {
-    for time in &mut shot.times {
-        let i = times.partition_point(|t| *t < *time);
-        *time = new(i.min(times.len() - 1));
-    }
+/// The frames behind the times of a shot.
+struct Grid {
+    /// Times in seconds of the file's own clock, ascending: one for each row if rows are counted,
+    /// otherwise the different ones.
+    times: Vec<f64>,
+    are_rows: bool,
+    /// Rounding of the times; 0 if they are exact.
+    resolution: f64,
+    /// Time between neighbouring frames; NaN for less than two times.
+    spacing: f64,
 }
 
 impl Grid {
@@ -116,45 +97,64 @@ impl Grid {
         let resolution = shot.clock.rounding.unwrap_or_else(|| resolution(&times) * second);
         let times: Vec<f64> = times.iter().map(|time| time * second).collect();
         let spacing = spacing(&times, resolution);
-        Self { times, resolution, spacing }
-    }
-
-    /// Returns whether a coarse clock has a time of its own for each frame, so that rows with equal
-    /// times are one frame twice.
-    fn has_time_per_frame(&self, rate: f64) -> bool {
-        let is_whole = |t: &f64| (t * rate - (t * rate).round()).abs() < 1e-3;
-        self.resolution * rate < 1.5 && self.times.iter().all(is_whole)
+        Self { times, are_rows: false, resolution, spacing }
     }
 
     fn is_coarse(&self, spacing: f64) -> bool {
-        self.resolution > MAX_OFF_GRID * spacing
+        self.resolution > MAX_OFF * spacing
     }
 
-    /// Returns whether deviations from expected times, and 0, are within the rounding.
-    fn is_rounding(&self, late: impl Iterator<Item = f64>) -> bool {
-        let [low, high] = span([0.0].into_iter().chain(late));
-        high - low <= 1.02 * self.resolution
+    /// Returns the time from the first one to the last.
+    fn length(&self) -> f64 {
+        self.times.last().zip(self.times.first()).map_or(0.0, |(last, first)| last - first)
     }
 
-    /// Returns the frame number of each time from the first one on; `None` if the steps are not
-    /// whole frames of `spacing` (within the rounding and [`MAX_OFF_GRID`] of a frame).
+    /// Makes every row a frame if neighbouring ones have the same time on a coarse clock. A coarse
+    /// clock with a time of its own for each frame shows one frame twice.
+    fn count_repeated(&mut self, shot: &RawShot, second: f64, rate: f64) -> Result<(), String> {
+        let is_whole = |t: &f64| (t * rate - (t * rate).round()).abs() < MAX_INEXACT;
+        let has_time_per_frame = self.resolution * rate < 1.5 && self.times.iter().all(is_whole);
+        let repeats = self.times.len() < shot.times.len();
+        if !repeats || self.resolution <= MAX_ROUNDING / rate || has_time_per_frame {
+            return Ok(());
+        }
+        if shot.tracks.iter().any(|track| track.written().count() < shot.times.len()) {
+            return Err(self.too_coarse(rate));
+        }
+        let times = shot.times.iter().map(|time| time * second).collect();
+        *self = Self { times, are_rows: true, spacing: rate.recip(), ..*self };
+        Ok(())
+    }
+
+    fn too_coarse(&self, rate: f64) -> String {
+        format!(
+            "times are rounded to {} s, coarser than frames at {rate} fps, and do not follow them; expected frame numbers, or times \
+             with more digits",
+            self.resolution
+        )
+    }
+
+    /// Returns the number of the frame at each time, from the first one on; `None` if the steps are
+    /// not whole frames of `spacing` (within the rounding and [`MAX_OFF`] of a frame).
     fn frames(&self, spacing: f64) -> Option<Vec<f64>> {
         let first = *self.times.first()?;
-        let exact = |t: &f64| ((t - first) / spacing).round();
-        let is_exact = |t: &f64| ((t - first) / spacing - exact(t)).abs() < 1e-3;
-        if self.times.iter().all(is_exact) {
-            return Some(self.times.iter().map(exact).collect());
+        let nearest: Vec<f64> = self.times.iter().map(|t| ((t - first) / spacing).round()).collect();
+        let is_exact =
+            late(&nearest, &self.times, spacing.recip()).all(|late| late.abs() < MAX_INEXACT * spacing);
+        if is_exact && !self.are_rows {
+            return Some(nearest);
         }
-        if self.resolution > 0.3 * spacing {
+        if self.resolution > MAX_ROUNDING * spacing {
             // the clock is too coarse: rows are the frames, and each must fit its time
-            let late = self.times.iter().enumerate().map(|(i, t)| t - first - i as f64 * spacing);
-            return self.is_rounding(late).then(|| (0..self.times.len()).map(|i| i as f64).collect());
+            let rows: Vec<f64> = (0..self.times.len()).map(|row| row as f64).collect();
+            let [low, high] = span(late(&rows, &self.times, spacing.recip()));
+            return (high - low <= 1.02 * self.resolution).then_some(rows);
         }
         let (mut frame, mut before) = (0.0, first);
         let next = |t: &f64| {
             let step = (t - before) / spacing;
             let whole = step.round();
-            let off = MAX_OFF_GRID * whole.max(1.0) + 1.02 * self.resolution / spacing;
+            let off = MAX_OFF * whole.max(1.0) + 1.02 * self.resolution / spacing;
             frame += whole;
             let stays = whole == 0.0 && *t > before;
             before = *t;
@@ -162,12 +162,10 @@ impl Grid {
         };
         self.times.iter().map(next).collect()
     }
-
     /// Returns the frame rate by the given frames, or without frames by the spacing.
     fn mean_rate(&self, frames: Option<&Vec<f64>>) -> f64 {
-        let ends = self.times.first().zip(self.times.last());
-        let mean = |((first, last), frame): ((&f64, &f64), &f64)| frame.max(1.0) / (last - first);
-        ends.zip(frames.and_then(|frames| frames.last())).map_or(1.0 / self.spacing, mean)
+        let last = frames.and_then(|frames| frames.last());
+        last.map_or(self.spacing.recip(), |last| last.max(1.0) / self.length())
     }
 
     /// Returns the frames of the coarsest grid on which all times lie, and their rate: the
@@ -180,21 +178,43 @@ impl Grid {
         let shortest = near.iter().sum::<f64>() / near.len() as f64;
         let frames = [self.spacing, shortest].into_iter().find_map(|spacing| self.frames(spacing));
         let fps = self.mean_rate(frames.as_ref());
-        let length = self.times.last().zip(self.times.first()).map_or(0.0, |(last, first)| last - first);
-        let slack = (self.resolution / length).max(1e-6);
+        let slack = (self.resolution / self.length()).max(1e-6);
         let possible = |rate: &f64| (rate / fps - 1.0).abs() <= slack;
         let rounded = [10.0, 1.0, 0.01].map(|unit| (fps / unit).round() * unit);
         (frames, rounded.into_iter().find(possible).unwrap_or(fps))
     }
 
+    /// Returns the times and the frame rate of a camera whose rate is not stated. `Err`: why they
+    /// show no rate.
+    fn own_times(&self, note: impl Fn(String)) -> Result<(Vec<f64>, f64), &'static str> {
+        if self.spacing.is_nan() {
+            return Err("fewer than two times, which give no frame rate");
+        }
+        let (frames, fps) = self.own_frames();
+        let frames = frames.ok_or("times are not regularly spaced")?;
+        note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
+        Ok((self.without_rounding(&frames, fps), fps))
+    }
+
+    /// Returns the times as they are written or, if the clock is coarse and follows these frames,
+    /// without their rounding.
+    fn without_rounding(&self, frames: &[f64], rate: f64) -> Vec<f64> {
+        let is_steady = self.is_coarse(rate.recip()) && self.first_apart(frames, rate).is_none();
+        let steady = || frames.iter().map(|frame| self.times[0] + frame / rate).collect();
+        if is_steady { steady() } else { self.times.clone() }
+    }
+
+    fn first_apart(&self, frames: &[f64], rate: f64) -> Option<usize> {
+        first_apart(frames, &self.times, self.resolution, rate)
+    }
+
     /// Returns whether times can be of this rate by their typical spacing or, for a clock that
     /// varies much, by the mean. Rounding makes few times uncertain.
     fn fits(&self, rate: f64) -> bool {
-        let slack = 2.0 * self.resolution / (self.times.len() as f64 * self.spacing);
-        let steps = (self.times.len() as f64 - 1.0).max(1.0);
-        let mean =
-            self.times.first().zip(self.times.last()).map_or(0.0, |(first, last)| (last - first) / steps);
-        let fits = |spacing: f64| (spacing * rate - 1.0).abs() <= MAX_MISMATCH + slack.min(0.1);
+        let count = self.times.len() as f64;
+        let slack = (2.0 * self.resolution / (count * self.spacing)).min(0.1);
+        let mean = self.length() / (count - 1.0).max(1.0);
+        let fits = |spacing: f64| (spacing * rate - 1.0).abs() <= MAX_OFF + slack;
         self.spacing.is_nan() || fits(self.spacing) || fits(mean)
     }
 
@@ -207,30 +227,25 @@ impl Grid {
         is_stated: bool,
         note: impl Fn(String),
     ) -> Result<Vec<f64>, String> {
-        let (fits, own) = (self.fits(rate), 1.0 / self.spacing);
-        if !is_stated && !fits {
-            return Err(format!(
-                "times are {:.6} s apart ({own:.4} fps), but [video] capture_fps is {fps}; expected the rate of the camera. If the times \
-                 are those of slow playback, write playback_fps = {own:.4} below it; if they are right and some frames are missing, \
-                 playback_fps = {fps}; if they are not in seconds, [tracks] time_unit",
-                self.spacing
-            ));
+        let own = self.spacing.recip();
+        if !self.fits(rate) && (!is_stated || own > rate) {
+            let why = if is_stated {
+                format!(
+                    ", closer than [video] playback_fps = {rate} allows; expected the rate that they follow, {own:.4}"
+                )
+            } else {
+                format!(
+                    " ({own:.4} fps), but [video] capture_fps is {fps}; expected the rate of the camera. If the times are those of slow \
+                     playback, write playback_fps = {own:.4} below it; if they are right and some frames are missing, playback_fps = {fps}; \
+                     if they are not in seconds, [tracks] time_unit"
+                )
+            };
+            return Err(format!("times are {:.6} s apart{why}", self.spacing));
         }
-        if is_stated && self.spacing * rate < 1.0 - MAX_MISMATCH && !fits {
-            return Err(format!(
-                "times are {:.6} s apart, closer than [video] playback_fps = {rate} allows; expected the rate that they follow, {:.4}",
-                self.spacing,
-                self.own_frames().1
-            ));
-        }
-        let spacing = if is_stated || self.spacing.is_nan() { 1.0 / rate } else { self.spacing };
-        let Some(frames) = self.frames(spacing).or_else(|| self.frames(1.0 / rate)) else {
+        let spacing = if is_stated || self.spacing.is_nan() { rate.recip() } else { self.spacing };
+        let Some(frames) = self.frames(spacing).or_else(|| self.frames(rate.recip())) else {
             if self.is_coarse(spacing) {
-                return Err(format!(
-                    "times do not follow frames at {rate} fps, even allowing for their being rounded to {} s; expected frame numbers, or \
-                     times with more digits",
-                    self.resolution
-                ));
+                return Err(self.too_coarse(rate));
             }
             note(format!(
                 "times are not spaced like whole frames at {rate} fps throughout; taken as they are written"
@@ -238,27 +253,25 @@ impl Grid {
             return Ok(self.times.iter().map(|t| t * rate / fps).collect());
         };
         let first = self.times.first().copied().unwrap_or_default();
-        if let Some(row) = first_apart(&frames, &self.times, self.resolution, rate).filter(|_| !is_stated) {
+        if let Some(row) = self.first_apart(&frames, rate).filter(|_| !is_stated) {
             note(format!(
                 "after {:.0} frames times are more than half a frame off capture_fps = {fps} (a clock that drifts, or another rate); taken \
                  as they are written",
                 frames[row]
             ));
             // rounding is averaged out if the clock is steady
-            let mean = 1.0 / self.mean_rate(Some(&frames));
-            let is_steady = first_apart(&frames, &self.times, self.resolution, mean.recip()).is_none();
-            let steady = frames.iter().map(|frame| first + frame * mean);
-            return Ok(if self.is_coarse(spacing) && is_steady {
-                steady.collect()
-            } else {
-                self.times.clone()
-            });
+            return Ok(self.without_rounding(&frames, self.mean_rate(Some(&frames))));
         }
         let number = (first * rate).round();
         let is_on_grid = (first - number / rate).abs() <= self.resolution + 1e-6 / rate;
         let start = if is_on_grid { number } else { first * rate };
         let times: Vec<f64> = frames.iter().map(|frame| (start + frame) / fps).collect();
-        if times.iter().zip(&self.times).any(|(new, time)| (new - time).abs() > 1e-6 / fps) {
+        if self.are_rows {
+            let rounding = self.resolution;
+            note(format!(
+                "times are rounded to {rounding} s; rebuilt from the number of the row at {fps} fps"
+            ));
+        } else if times.iter().zip(&self.times).any(|(new, time)| (new - time).abs() > 1e-6 / fps) {
             note(format!("times as written are replaced by frame number / capture_fps ({fps})"));
         }
         Ok(times)
@@ -273,10 +286,10 @@ pub(super) fn followed(shot: &RawShot) -> Option<f64> {
 }
 
 /// Returns the largest power of ten of which all times are multiples, 0 if it is below a millionth.
-fn resolution(times: &[f64]) -> f64 {
+pub(super) fn resolution(times: &[f64]) -> f64 {
     let is_whole = |x: f64| (x - x.round()).abs() < 1e-9 * x.abs().max(1.0) + 1e-7;
     let fits = |scale: &f64| times.iter().all(|t| is_whole(t * scale));
-    [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6].into_iter().find(fits).map_or(0.0, f64::recip)
+    (0..=6).map(|digits| 10.0_f64.powi(digits)).find(fits).map_or(0.0, f64::recip)
 }
 
 /// Returns the mean of the steps near the median, in which rounding cancels and gaps do not count;
@@ -284,44 +297,26 @@ fn resolution(times: &[f64]) -> f64 {
 fn spacing(times: &[f64], resolution: f64) -> f64 {
     let steps = sorted(times.windows(2).map(|two| two[1] - two[0]));
     let Some(median) = steps.get(steps.len().saturating_sub(1) / 2) else { return f64::NAN };
-    let mean_within = |off: f64| {
-        let near = steps.iter().filter(|step| (*step - median).abs() <= 1.02 * resolution + off * median);
-        near.fold((0.0, 0.0), |(sum, n), step| (sum + step, n + 1.0))
+    let within = |off: f64| -> Vec<f64> {
+        let limit = 1.02 * resolution + off * median;
+        steps.iter().copied().filter(|step| (step - median).abs() <= limit).collect()
     };
-    let steady = mean_within(MAX_EVEN);
-    let (sum, n) = if 2.0 * steady.1 < steps.len() as f64 { mean_within(MAX_VARYING) } else { steady };
-    sum / n
+    let steady = within(MAX_EVEN);
+    let near = if 2 * steady.len() < steps.len() { within(MAX_VARYING) } else { steady };
+    near.iter().sum::<f64>() / near.len() as f64
+}
+
+/// Returns how much later than its frame at this rate, frames/s, each time is, from the first on, s.
+fn late(frames: &[f64], seconds: &[f64], rate: f64) -> impl Iterator<Item = f64> {
+    let [first_frame, first_second] = [frames, seconds].map(|all| all.first().copied().unwrap_or_default());
+    let both = frames.iter().zip(seconds);
+    both.map(move |(frame, second)| (second - first_second) - (frame - first_frame) / rate)
 }
 
 /// Returns the first row whose time and frame number, from the first row, contradict each other at
 /// this rate, frames/s, by more than half a frame and the rounding of the times.
-pub(super) fn first_contradiction(frames: &[f64], seconds: &[f64], rate: f64) -> Option<usize> {
-    first_apart(frames, seconds, resolution(seconds), rate)
-}
-
-fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: f64) -> Option<usize> {
-    let (first_frame, first_second) = (*frames.first()?, *seconds.first()?);
-    let is_apart = |(frame, second): (&f64, &f64)| {
-        ((frame - first_frame) / rate - (second - first_second)).abs() > 0.5 / rate + rounding
-    };
-    frames.iter().zip(seconds).position(is_apart)
-}
-
-/// Counts frames if neighbouring ones have the same time on a coarse clock.
-fn count_frames(shot: &mut RawShot, grid: &Grid, [rate, fps]: [f64; 2]) -> Result<(), String> {
-    let start = shot.times.first().copied().unwrap_or(0.0);
-    let late = shot.times.iter().enumerate().map(|(i, time)| time - start - i as f64 / rate);
-    let are_whole = shot.tracks.iter().all(|track| track.rows.iter().all(|row| row.line > 0));
-    if !are_whole || !grid.is_rounding(late) {
-        return Err(format!(
-            "times are rounded to {} s, coarser than frames at {rate} fps; expected frame numbers, or times with more digits",
-            grid.resolution
-        ));
-    }
-    for (i, time) in shot.times.iter_mut().enumerate() {
-        *time = start * rate / fps + i as f64 / fps;
-    }
-    Ok(())
+pub(super) fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: f64) -> Option<usize> {
+    late(frames, seconds, rate).position(|late| late.abs() > 0.5 / rate + rounding)
 }
 
 /// Returns the unit of a time column without one: that which agrees with the frame rate.
@@ -335,15 +330,15 @@ fn guess_unit(shot: &RawShot, rate: Option<f64>) -> Result<TimeUnit, String> {
         }
         return Err(format!("the unit of the times is not stated; {help}, and [video] capture_fps"));
     };
-    let is_near = |unit: &TimeUnit| unit.seconds().is_some_and(|second| grid.fits(rate * second));
-    let mut units: Vec<TimeUnit> = TimeUnit::ALL.into_iter().filter(is_near).collect();
-    if are_whole && (spacing - 1.0).abs() < 0.02 {
-        // a frame each millisecond: both units agree
-        units.retain(|unit| *unit != TimeUnit::Ms || rate != 1000.0);
-        units.push(TimeUnit::Frames);
-    }
+    let is_near = |unit: &TimeUnit| match unit.seconds() {
+        Some(second) => grid.fits(rate * second),
+        None => are_whole && (spacing - 1.0).abs() < MAX_OFF,
+    };
+    let units: Vec<TimeUnit> = TimeUnit::ALL.into_iter().filter(is_near).collect();
     match units[..] {
         [unit] => Ok(unit),
+        // a frame each millisecond: both units agree
+        [TimeUnit::Frames, TimeUnit::Ms] if rate == 1000.0 => Ok(TimeUnit::Frames),
         [] => Err(format!(
             "times are {spacing} apart, which at {rate} fps is not a frame or its length in s, ms or µs; {help}, or another rate"
         )),
