@@ -187,12 +187,11 @@ impl FilmBlock {
         }
     }
 
-    /// Returns the film with all balls of unknown spin sliding, if there are any.
-    pub(crate) fn all_sliding(&self) -> Option<Self> {
-        let mut sliding = self.clone();
-        let unknown = sliding.shots.iter_mut().map(|shot| &mut shot.spin).filter(|spin| spin.is_unknown());
-        let count = unknown.map(|spin| *spin = ShotSpin::UNKNOWN_SLIDING).count();
-        (count > 0).then_some(sliding)
+    /// Makes all balls of unknown spin slide; returns whether there are any.
+    pub(crate) fn slide(&mut self) -> bool {
+        let spins = self.shots.iter_mut().map(|shot| &mut shot.spin);
+        let unknown = spins.filter(|spin| spin.is_unknown());
+        unknown.map(|spin| *spin = ShotSpin::UNKNOWN_SLIDING).count() > 0
     }
 
     /// Returns whether natural roll is stated of a shot.
