@@ -1,9 +1,10 @@
 //! Balls that come off a cushion, or off another ball, shortly before or after the impact: their
 //! path has a corner, and only the part on the impact's side belongs to the shot.
 
-use super::initial_guess::{Approach, Path, approach, from_paths};
+use super::initial_guess::{Approach, MAX_DECELERATION, Path, approach, from_paths};
 use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
+use crate::numerics::SIGNIFICANT;
 
 /// Frames on either side of a corner with a line each; longer lines show gentler corners.
 const SIDE_FRAMES: usize = 4;
@@ -27,12 +28,6 @@ const LAG_FRAMES: f64 = 8.0;
 /// Least change of velocity at a corner after the impact, as a part of the incoming speed: a ball
 /// that lands loses less than 0.015.
 const MIN_TURN_AFTER: f64 = 0.03;
-
-/// Steepest deceleration by a cloth, m/s²: a sliding friction of 0.4.
-const MAX_DECELERATION: f64 = 4.0;
-
-/// Residual that some of a dozen frames reach, in standard deviations of the noise.
-const MAX_NOISE: f64 = 4.0;
 
 /// Removes the cue ball's frames up to the last corner before the impact, in the last of which it
 /// may still touch the cushion or ball that turned it; returns whether a corner exists.
@@ -59,7 +54,7 @@ pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, radius: f64) -> bool
     let first = |samples: &[Sample], side: usize| {
         let after = &samples[samples.partition_point(|sample| sample.t < guess.time + LAG_FRAMES / fps)..];
         let least = (MIN_TURN_AFTER * incoming).max(cloth * side as f64 / fps);
-        let corners = corners(after, side, (fps, noise), (least, MAX_NOISE * noise));
+        let corners = corners(after, side, (fps, noise), (least, SIGNIFICANT * noise));
         // in the frame before it the ball may touch already
         Some(after[sharpest(&corners, corners.first()?.at, side) - 1].t)
     };

@@ -30,9 +30,6 @@ struct Spot {
     seen: Vec<(f64, [f64; 2], f64)>,
 }
 
-/// Part of a frame that is left out on both sides: frames across the impact mix both spins.
-const LEFT_OUT_FRAMES: f64 = 0.01;
-
 /// Frames on either side of the impact that are used: over these the cloth changes a spin evenly.
 const ROTATION_FRAMES: f64 = 60.0;
 
@@ -205,7 +202,6 @@ impl Rotations {
     /// that of the positions unless another is stated.
     #[must_use]
     pub fn of(shot: &TrackShot, impact: f64, radius: f64, noise: f64) -> Self {
-        let clear = LEFT_OUT_FRAMES / shot.fps;
         let near = ROTATION_FRAMES / shot.fps;
         let of = |ball: TrackedBall, window: [f64; 2]| {
             let centres = if ball == TrackedBall::Cue { &shot.cue } else { &shot.object };
@@ -216,8 +212,7 @@ impl Rotations {
             let stated = shot.position_sd.is_some() || own().all(is_known);
             measure(&spots, stated)
         };
-        let before = [impact - near, impact - clear];
-        let after = [impact + clear, impact + near];
+        let (before, after) = ([impact - near, impact], [impact, impact + near]);
         Self {
             cue_before: of(TrackedBall::Cue, before),
             cue_after: of(TrackedBall::Cue, after),

@@ -12,5 +12,5 @@ pub(crate) use initial_guess::{FirstGuess, from_paths};
 #[cfg(feature = "io")]
 pub(crate) use marker_rotation::turn;
 pub(crate) use marker_rotation::{Rotation, Rotations};
-pub(crate) use noise_correlation::noise_correlation;
+pub(crate) use noise_correlation::{MIN_RHO, noise_correlation};
 pub(crate) use unusable::{Bodies, Unusable};

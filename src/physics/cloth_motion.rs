@@ -13,7 +13,7 @@
 //! // a ball without spin slips on the cloth with its own speed v, slides, and rolls with 5v/7
 //! let cloth = Cloth { rolling: 0.0, ..Cloth::default() };
 //! let state = BallState::stun([1.4, 0.0, 0.0].into());
-//! let path = Path::after(&state, &Ball::POOL, [0.0; 2], 0.0, &cloth);
+//! let path = Path::through([&state; 2], &Ball::POOL, [0.0; 2], 0.0, &cloth);
 //! let rolls = path.changes().last().unwrap_or(0.0);
 //! assert!((rolls - 2.0 * 1.4 / (7.0 * 0.2 * 9.81)).abs() < 1e-12);
 //! assert!((path.velocity(rolls)[0] - 1.0).abs() < 1e-12);
@@ -54,15 +54,6 @@ impl Default for Cloth {
     /// Published values: μ_k ≈ 0.2, μ_r ≈ 0.01, e_t ≈ 0.5.
     fn default() -> Self {
         Self { sliding: 0.2, rolling: 0.01, bounce: 0.5 }
-    }
-}
-
-impl Cloth {
-    /// Returns its action on a ball, without any smoothing.
-    fn forces(&self, ball: &Ball) -> Forces<f64> {
-        let Self { sliding, rolling, bounce } = *self;
-        let (tilt, smoothing) = (Vector2::zeros(), Smoothing::default());
-        Forces { sliding, rolling, bounce, gravity: GRAVITY, tilt, inertia: ball.inertia, smoothing }
     }
 }
 
@@ -178,10 +169,11 @@ impl<T: Number> Forces<T> {
     /// Returns the path of a ball through an impact after which it is `after`.
     pub(crate) fn through(&self, before: Stretch<T>, after: Moment<T>) -> Vec<Stretch<T>> {
         let half = self.smoothing.contact;
-        let mut path = vec![before, before.turning(&after, half)];
-        path[0].start = f64::NEG_INFINITY;
+        let mut path = vec![Stretch { start: f64::NEG_INFINITY, ..before }];
+        path.extend((half > 0.0).then(|| before.turning(&after, half)));
+        let first = path.len();
         self.follow(after, &mut path);
-        for stretch in &mut path[2..] {
+        for stretch in &mut path[first..] {
             // those that are over before the contact ends are never followed
             stretch.start = stretch.start.max(after.time.re() + half);
         }
@@ -251,40 +243,35 @@ pub(crate) fn flat<T: Number>(v: Vector2<T>) -> Vector3<T> {
     Vector3::new(v.x, v.y, T::zero())
 }
 
-/// Returns a ball in a state at a position, m, and a time, s, table frame.
-fn moment(state: &BallState, ball: &Ball, [x, y]: [f64; 2], time: f64) -> Moment<f64> {
-    let slip = cloth_slip(state, ball.radius).xy();
-    Moment { time, place: Vector3::new(x, y, 0.0), velocity: state.velocity, slip }
-}
-
-/// The path of a ball before or after an impact, as stretches of constant acceleration.
+/// The path of a ball through an impact, as stretches of constant acceleration.
 #[derive(Clone, Debug)]
 pub struct Path(Vec<Stretch<f64>>);
 
 impl Path {
-    /// Returns the path of a ball that is in a state at a position, m, and a time, s, just after an
-    /// impact, table frame: flight with its bounces, sliding, rolling to the end.
+    /// Returns the path of a ball through an impact at a position, m, and a time, s, from its states
+    /// just before and after, table frame: before, sliding if it slips there, else rolling; after,
+    /// flight with its bounces, sliding, rolling to the end.
     #[must_use]
-    pub fn after(state: &BallState, ball: &Ball, position: [f64; 2], time: f64, cloth: &Cloth) -> Self {
-        let mut path = Vec::with_capacity(12);
-        cloth.forces(ball).follow(moment(state, ball, position, time), &mut path);
-        Self(path)
-    }
-
-    /// Returns the path up to such a state just before an impact: sliding if the ball slips there,
-    /// else rolling.
-    #[must_use]
-    pub fn before(state: &BallState, ball: &Ball, position: [f64; 2], time: f64, cloth: &Cloth) -> Self {
-        let impact = Moment { velocity: flat(state.velocity.xy()), ..moment(state, ball, position, time) };
-        let forces = cloth.forces(ball);
+    pub fn through(states: [&BallState; 2], ball: &Ball, [x, y]: [f64; 2], time: f64, cloth: &Cloth) -> Self {
+        let Cloth { sliding, rolling, bounce } = *cloth;
+        let (tilt, smoothing) = (Vector2::zeros(), Smoothing::default());
+        let forces =
+            Forces { sliding, rolling, bounce, gravity: GRAVITY, tilt, inertia: ball.inertia, smoothing };
+        let [before, after] = states.map(|state| Moment {
+            time,
+            place: Vector3::new(x, y, 0.0),
+            velocity: state.velocity,
+            slip: cloth_slip(state, ball.radius).xy(),
+        });
         // less is the rounding of a natural roll
-        let rolls = impact.slip.norm() <= 1e-6 * impact.velocity.norm();
-        Self(vec![if rolls { forces.roll(impact) } else { forces.slide(impact) }])
+        let rolls = before.slip.norm() <= 1e-6 * before.velocity.norm();
+        let before = if rolls { forces.roll(before) } else { forces.slide(before) };
+        Self(forces.through(before, after))
     }
 
     /// Returns the instants of take-off, landings, sliding, rolling and rest, s.
     pub fn changes(&self) -> impl Iterator<Item = f64> {
-        self.0.iter().map(|stretch| stretch.from.time)
+        self.0.iter().skip(1).map(|stretch| stretch.start)
     }
 
     /// Returns the position at a time, m.
