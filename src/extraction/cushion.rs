@@ -4,10 +4,10 @@
 use super::initial_guess::{Approach, MAX_DECELERATION, Path, approach, from_paths};
 use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
-use crate::numerics::SIGNIFICANT;
 
-/// Frames on either side of a corner with a line each.
+/// Frames on either side of a corner with a line each; longer lines show gentler corners.
 const SIDE_FRAMES: usize = 4;
+const LONG_SIDE_FRAMES: usize = 12;
 
 /// Least change of velocity at a corner before the impact, as a part of the speed at the impact:
 /// the cloth changes the velocity by less than 2 % in as many frames, at 100 frames per second and
@@ -28,13 +28,16 @@ const LAG_FRAMES: f64 = 8.0;
 /// that lands loses less than 0.015.
 const MIN_TURN_AFTER: f64 = 0.03;
 
+/// Residual that some of a dozen frames reach, in standard deviations of the noise.
+const MAX_NOISE: f64 = 4.0;
+
 /// Removes the cue ball's frames up to the last corner before the impact, in the last of which it
 /// may still touch the cushion or ball that turned it; returns whether a corner exists.
 pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot) -> bool {
     let Some(Approach { until, speed }) = approach(shot) else { return false };
     let before = &shot.cue[..shot.cue.partition_point(|sample| sample.t < until - 0.5 / shot.fps)];
-    let corners = corners(before, (shot.fps, noise(shot)), (MIN_TURN * speed, 0.0));
-    let Some(corner) = corners.last().map(|last| before[sharpest(&corners, last.at)].t) else {
+    let corners = corners(before, SIDE_FRAMES, (shot.fps, noise(shot)), (MIN_TURN * speed, 0.0));
+    let Some(corner) = corners.last().map(|last| before[sharpest(&corners, last.at, SIDE_FRAMES)].t) else {
         return false;
     };
     shot.cue.retain(|sample| sample.t > corner);
@@ -50,16 +53,16 @@ pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, radius: f64) -> bool
     let fps = shot.fps;
     let incoming = guess.before[0].hypot(guess.before[1]);
     let cloth = MAX_DECELERATION * guess.distance / (2.0 * radius);
-    let first = |samples: &[Sample]| {
+    let first = |samples: &[Sample], side: usize| {
         let after = &samples[samples.partition_point(|sample| sample.t < guess.time + LAG_FRAMES / fps)..];
-        let least = (MIN_TURN_AFTER * incoming).max(cloth * SIDE_FRAMES as f64 / fps);
-        let corners = corners(after, (fps, noise), (least, SIGNIFICANT * noise));
+        let least = (MIN_TURN_AFTER * incoming).max(cloth * side as f64 / fps);
+        let corners = corners(after, side, (fps, noise), (least, MAX_NOISE * noise));
         // in the frame before it the ball may touch already
-        Some(after[sharpest(&corners, corners.first()?.at) - 1].t)
+        Some(after[sharpest(&corners, corners.first()?.at, side) - 1].t)
     };
     let mut ends = 0;
     for samples in [&mut shot.cue, &mut shot.object] {
-        if let Some(end) = first(samples) {
+        if let Some(end) = first(samples, SIDE_FRAMES).or_else(|| first(samples, LONG_SIDE_FRAMES)) {
             samples.retain(|sample| sample.t < end);
             ends += 1;
         }
@@ -73,12 +76,16 @@ struct Corner {
     change: f64,
 }
 
-/// Returns the corners of a path between lines through [`SIDE_FRAMES`] on either side, with a change
+/// Returns the corners of a path between lines through `side` frames on either side, with a change
 /// of velocity (m/s) of at least `least`; `white` is the largest residual (m) of the lines in
 /// excess of the part that the change explains.
-fn corners(samples: &[Sample], (fps, noise): (f64, f64), (least, white): (f64, f64)) -> Vec<Corner> {
+fn corners(
+    samples: &[Sample],
+    side: usize,
+    (fps, noise): (f64, f64),
+    (least, white): (f64, f64),
+) -> Vec<Corner> {
     // of a least-squares slope, per frame, and of the difference of two
-    let side = SIDE_FRAMES;
     let n = side as f64;
     let error = MIN_TURN_ERRORS * noise * (24.0 / (n * (n * n - 1.0))).sqrt();
     let turn = |at: usize| {
@@ -94,7 +101,7 @@ fn corners(samples: &[Sample], (fps, noise): (f64, f64), (least, white): (f64, f
 
 /// Returns the index of the first frame after the corner that is seen at a place and at
 /// neighbouring ones: the largest change is the right one.
-fn sharpest(corners: &[Corner], place: usize) -> usize {
-    let near = corners.iter().filter(|corner| corner.at.abs_diff(place) < SIDE_FRAMES);
+fn sharpest(corners: &[Corner], place: usize, side: usize) -> usize {
+    let near = corners.iter().filter(|corner| corner.at.abs_diff(place) < side);
     near.max_by(|a, b| a.change.total_cmp(&b.change)).map_or(place, |corner| corner.at)
 }
