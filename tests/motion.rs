@@ -14,7 +14,7 @@ fn path_after(slip: [f64; 2], up: f64, cloth: &Cloth) -> Path {
     // s = (V_x − RΩ_y, V_y + RΩ_x)
     let spin = Vec3::new(slip[1] + 0.5, 1.5 - slip[0], 0.0) / ball.radius;
     let state = BallState { velocity: Vec3::new(1.5, -0.5, up), spin };
-    Path::after(&state, &ball, [1.0, 2.0], 0.5, cloth)
+    Path::through([&state; 2], &ball, [1.0, 2.0], 0.5, cloth)
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Balls that come off a cushion, or off another ball, shortly before or after the impact: their
 //! path has a corner, and only the part on the impact's side belongs to the shot.
 
-use super::initial_guess::{Approach, Path, approach, from_paths};
+use super::initial_guess::{Approach, MAX_DECELERATION, Path, approach, from_paths};
 use crate::film::frame_noise::noise;
 use crate::measurement::track::{Sample, TrackShot};
 
@@ -27,9 +27,6 @@ const LAG_FRAMES: f64 = 8.0;
 /// Least change of velocity at a corner after the impact, as a part of the incoming speed: a ball
 /// that lands loses less than 0.015.
 const MIN_TURN_AFTER: f64 = 0.03;
-
-/// Steepest deceleration by a cloth, m/s²: a sliding friction of 0.4.
-const MAX_DECELERATION: f64 = 4.0;
 
 /// Residual that some of a dozen frames reach, in standard deviations of the noise.
 const MAX_NOISE: f64 = 4.0;

@@ -24,8 +24,8 @@ const MAX_LINE_RESIDUAL: f64 = 3.0;
 /// Least speed of a moving object ball as a part of the cue ball's.
 const MIN_MOVING_PART: f64 = 0.003;
 
-/// Largest acceleration of a ball on a cloth, m/s².
-const ACCELERATION: f64 = 5.0;
+/// Steepest deceleration by a cloth, m/s²: a sliding friction of 0.4.
+pub(super) const MAX_DECELERATION: f64 = 4.0;
 
 type Point = Vector2<f64>;
 
@@ -135,7 +135,7 @@ fn steady(samples: &[Sample], noise: f64) -> Vec<Sample> {
         let off = (place(s) - place(near) - (place(near) - place(far)) * part).amax();
         // s − near − (near − far) part, of three independent numbers
         let error = noise * (1.0 + (1.0 + part).powi(2) + part * part).sqrt();
-        off <= SIGNIFICANT * error + ACCELERATION * (s.t - far.t).powi(2)
+        off <= SIGNIFICANT * error + MAX_DECELERATION * (s.t - far.t).powi(2)
     };
     let before = |i: usize| i >= 2 && fits(&samples[i], &samples[i - 1], &samples[i - 2]);
     let after = |i: usize| i + 2 < samples.len() && fits(&samples[i], &samples[i + 1], &samples[i + 2]);

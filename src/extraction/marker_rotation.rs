@@ -18,8 +18,8 @@ use crate::physics::ball::Vec3;
 pub(crate) struct Rotation {
     /// The angular velocity, rad/s.
     pub(crate) spin: Vec3,
-    /// Covariance, (rad/s)²: from the noise of the markers and of the ball's centre.
-    pub(crate) covariance: Matrix3<f64>,
+    /// Its standard errors, rad/s: from the noise of the markers and of the ball's centre.
+    pub(crate) sd: [f64; 3],
     /// Number of marker positions used.
     pub(crate) positions: usize,
 }
@@ -29,9 +29,6 @@ struct Spot {
     /// Time from the impact (s), x/R and y/R, standard deviation over R.
     seen: Vec<(f64, [f64; 2], f64)>,
 }
-
-/// Part of a frame that is left out on both sides: frames across the impact mix both spins.
-const LEFT_OUT_FRAMES: f64 = 0.01;
 
 /// Frames on either side of the impact that are used: over these the cloth changes a spin evenly.
 const ROTATION_FRAMES: f64 = 60.0;
@@ -119,13 +116,9 @@ fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
         markers.retain(|marker| !marker.seen.is_empty());
         if markers.iter().map(|marker| marker.seen.len()).sum::<usize>() == positions {
             let inverse = matrix.cholesky()?.inverse();
-            let covariance: Matrix3<f64> = scale * inverse.fixed_view::<3, 3>(0, 0).into_owned();
-            let is_finite = covariance.iter().all(|entry| entry.is_finite());
-            return is_finite.then_some(Rotation {
-                spin: Vec3::new(x[0], x[1], x[2]),
-                covariance,
-                positions,
-            });
+            let sd = [0, 1, 2].map(|axis| (scale * inverse[(axis, axis)]).sqrt());
+            let spin = Vec3::new(x[0], x[1], x[2]);
+            return sd.iter().all(|sd| sd.is_finite()).then_some(Rotation { spin, sd, positions });
         }
     }
     None
@@ -189,41 +182,22 @@ pub(crate) fn turn(place: Vec3, angles: Vec3) -> Vec3 {
     Rotation3::new(angles) * place
 }
 
-/// Angular velocities just before and after the impact, of balls with markers.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Rotations {
-    /// The cue ball's angular velocity just before the impact.
-    pub(crate) cue_before: Option<Rotation>,
-    /// The cue ball's angular velocity just after the impact.
-    pub(crate) cue_after: Option<Rotation>,
-    /// The object ball's angular velocity just after the impact.
-    pub(crate) object_after: Option<Rotation>,
-}
-
-impl Rotations {
-    /// Measures the rotations of balls of this radius (m) in the unit of the film; `noise` is
-    /// that of the positions unless another is stated.
-    #[must_use]
-    pub fn of(shot: &TrackShot, impact: f64, radius: f64, noise: f64) -> Self {
-        let clear = LEFT_OUT_FRAMES / shot.fps;
-        let near = ROTATION_FRAMES / shot.fps;
-        let of = |ball: TrackedBall, window: [f64; 2]| {
-            let centres = if ball == TrackedBall::Cue { &shot.cue } else { &shot.object };
-            let own = || shot.markers.iter().filter(|marker| marker.ball == ball);
-            let spot = |marker: &Marker| spot(&marker.samples, centres, (window, impact), (radius, noise));
-            let spots: Vec<Spot> = own().map(spot).collect();
-            let is_known = |marker: &Marker| marker.samples.iter().all(|sample| sample.sd.is_some());
-            let stated = shot.position_sd.is_some() || own().all(is_known);
-            measure(&spots, stated)
-        };
-        let before = [impact - near, impact - clear];
-        let after = [impact + clear, impact + near];
-        Self {
-            cue_before: of(TrackedBall::Cue, before),
-            cue_after: of(TrackedBall::Cue, after),
-            object_after: of(TrackedBall::Object, after),
-        }
-    }
+/// Returns the rotations of the cue ball just before the impact and of both balls just after it, of
+/// balls with markers and this radius (m) in the unit of the film; `noise` is that of the positions
+/// unless another is stated.
+pub(crate) fn rotations(shot: &TrackShot, impact: f64, radius: f64, noise: f64) -> [Option<Rotation>; 3] {
+    let near = ROTATION_FRAMES / shot.fps;
+    let (before, after) = ([impact - near, impact], [impact, impact + near]);
+    let of = |ball: TrackedBall, window: [f64; 2]| {
+        let centres = if ball == TrackedBall::Cue { &shot.cue } else { &shot.object };
+        let own = || shot.markers.iter().filter(|marker| marker.ball == ball);
+        let spot = |marker: &Marker| spot(&marker.samples, centres, (window, impact), (radius, noise));
+        let spots: Vec<Spot> = own().map(spot).collect();
+        let is_known = |marker: &Marker| marker.samples.iter().all(|sample| sample.sd.is_some());
+        let stated = shot.position_sd.is_some() || own().all(is_known);
+        measure(&spots, stated)
+    };
+    [of(TrackedBall::Cue, before), of(TrackedBall::Cue, after), of(TrackedBall::Object, after)]
 }
 
 /// Returns a marker's places from the centre of its ball in the frames of a window that show both.
@@ -285,7 +259,7 @@ mod tests {
             // steps of a frame, midpoint rule: (slowing × spin) Δt² / 12 per second
             assert!((found.spin - SPIN).norm() < 1e-3, "{}", found.spin);
             assert_eq!(found.positions, spots[0].seen.len());
-            assert!(found.covariance.diagonal().iter().all(|variance| (1e-6..10.0).contains(variance)));
+            assert!(found.sd.iter().all(|sd| (1e-6..10.0).contains(&(sd * sd))));
         }
     }
 

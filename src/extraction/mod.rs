@@ -11,6 +11,6 @@ pub(crate) use cushion::{leave_out_after_cushion, leave_out_before_cushion};
 pub(crate) use initial_guess::{FirstGuess, from_paths};
 #[cfg(feature = "io")]
 pub(crate) use marker_rotation::turn;
-pub(crate) use marker_rotation::{Rotation, Rotations};
-pub(crate) use noise_correlation::noise_correlation;
+pub(crate) use marker_rotation::{Rotation, rotations};
+pub(crate) use noise_correlation::{MIN_RHO, noise_correlation};
 pub(crate) use unusable::{Bodies, Unusable};

@@ -41,10 +41,11 @@ const MAX_NOISE_RATIO: f64 = 3.0;
 const GRID_STEP: f64 = 0.02;
 const TRIED: usize = 49;
 
-/// Least decrease of −2 ln L at which the correlation is adopted, and least correlation: a smaller
-/// one changes no error by a tenth.
+/// Least decrease of −2 ln L at which the correlation is adopted.
 const MIN_DECREASE: f64 = 6.0;
-const MIN_RHO: f64 = 0.1;
+
+/// Least correlation of neighbouring frames: a smaller one changes no error by a tenth.
+pub(crate) const MIN_RHO: f64 = 0.1;
 
 /// Returns the correlation of the noise of neighbouring frames, from 0 to below 1, with its
 /// standard error; `None` if the shots do not show it.

@@ -24,9 +24,6 @@ const MAX_STEP_DEVIATION: f64 = 0.35;
 const MIN_EVEN_NOISES: f64 = 4.0;
 const MIN_DROP_NOISES: f64 = 5.0;
 
-/// A step of two frames is at least 1.5 typical ones, and most steps lie within a fifth.
-const MIN_STEP_RATIO: f64 = 1.2;
-
 /// Ratios of a step to the median step at a drop: longer drops show in the numbers.
 const RATIOS: std::ops::RangeInclusive<f64> = 2.0..=8.0;
 
@@ -37,7 +34,7 @@ pub(crate) fn repair(shot: &mut TrackShot) -> usize {
     let mut found: Vec<(f64, f64)> = Vec::new();
     let balls = [&shot.cue, &shot.object].map(|samples| Steps::new(samples, frame));
     for (own, other) in [(&balls[0], &balls[1]), (&balls[1], &balls[0])] {
-        for i in own.long() {
+        for i in 0..own.lengths.len() {
             let (Some(lost), from) = (own.lost(i), own.samples[i].t) else { continue };
             let is_then = |t: f64| (t - from).abs() < 0.5 * frame;
             // the other ball moves on evenly
@@ -68,17 +65,6 @@ impl<'a> Steps<'a> {
             follows.then(|| Point::new(two[1].x - two[0].x, two[1].y - two[0].y))
         };
         Self { samples, lengths: samples.windows(2).map(step).collect() }
-    }
-
-    /// Returns the steps that are longer than most beside them.
-    fn long(&self) -> impl Iterator<Item = usize> {
-        let is_long = |i: &usize| {
-            let around = i.saturating_sub(NEIGHBOURS[0])..self.lengths.len().min(i + 1 + NEIGHBOURS[0]);
-            let around: Vec<f64> = self.lengths[around].iter().flatten().map(|step| step.norm()).collect();
-            let own = self.lengths[*i].map_or(0.0, |step| step.norm());
-            2 * around.iter().filter(|other| MIN_STEP_RATIO * **other < own).count() >= around.len()
-        };
-        (0..self.lengths.len()).filter(is_long)
     }
 
     /// Returns the number of frames that are missing in a step of a ball that moves evenly, well

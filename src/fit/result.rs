@@ -160,7 +160,8 @@ impl Computed {
                 }
             };
             for (fidelity, shots) in parts.into_iter().filter(|(_, shots)| *shots > 0) {
-                let mut effects = Effects { compliance: sample.block.is_compliant(), ..fidelity.effects() };
+                let is_compliant = sample.block.contact().is_some_and(|contact| contact.is_compliant());
+                let mut effects = Effects { compliance: is_compliant, ..fidelity.effects() };
                 effects.falling_friction &= falls;
                 match all.iter_mut().find(|known| (known.fidelity, known.effects) == (fidelity, effects)) {
                     Some(known) => known.shots += shots,

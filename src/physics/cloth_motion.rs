@@ -4,7 +4,7 @@
 //! changes by −μ_k g ŝ and its slip by (1 + ν)/ν times that, so that the path is a parabola; once s
 //! = 0 it rolls and slows down by μ_r g. A ball that leaves the cloth flies straight for 2V_z/g,
 //! and at each landing takes a friction impulse of at most μ_k(1 + e_t)|V_z| per unit mass against
-//! its slip. Bounces too low to be seen act as their average.
+//! its slip. Bounces too low to be seen act as sliding that begins later.
 //!
 //! ```
 //! use caromfit::physics::ball::{Ball, BallState};
@@ -13,14 +13,15 @@
 //! // a ball without spin slips on the cloth with its own speed v, slides, and rolls with 5v/7
 //! let cloth = Cloth { rolling: 0.0, ..Cloth::default() };
 //! let state = BallState::stun([1.4, 0.0, 0.0].into());
-//! let path = Path::after(&state, &Ball::POOL, [0.0; 2], 0.0, &cloth);
+//! let path = Path::through([&state; 2], &Ball::POOL, [0.0; 2], 0.0, &cloth);
 //! let rolls = path.changes().last().unwrap_or(0.0);
 //! assert!((rolls - 2.0 * 1.4 / (7.0 * 0.2 * 9.81)).abs() < 1e-12);
 //! assert!((path.velocity(rolls)[0] - 1.0).abs() < 1e-12);
 //! ```
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
+use super::Number;
 use super::ball::{Ball, BallState};
 use super::contact_frame::cloth_slip;
 
@@ -28,11 +29,11 @@ use super::contact_frame::cloth_slip;
 pub const GRAVITY: f64 = 9.81;
 
 /// Slowest rebound with a flight of its own, m/s: a height of 0.2 µm.
-pub(crate) const MIN_REBOUND: f64 = 0.002;
+const MIN_REBOUND: f64 = 0.002;
 
-/// Largest number of flights of a ball; later bounces act as their average, as low ones do. At e_t
+/// Largest number of flights of a ball; later bounces act as low ones do. At e_t
 /// = 0.9 it holds all rebounds of a ball that rises with 1.7 m/s.
-pub(crate) const MAX_FLIGHTS: usize = 64;
+const MAX_FLIGHTS: usize = 64;
 
 /// The cloth: its friction with a moving ball, and its bounce.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,140 +58,245 @@ impl Default for Cloth {
     }
 }
 
+/// Widths of the transitions that are jumps of an idealised motion; all are 0 for the latter.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Smoothing {
+    /// Half of the time that the contact of the balls lasts, s.
+    pub(crate) contact: f64,
+    /// Half of the time that a landing lasts, s.
+    pub(crate) landing: f64,
+    /// Speed below which directions are smoothed, m/s.
+    pub(crate) speed: f64,
+}
+
+/// A ball at an instant.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moment<T> {
+    /// s
+    pub(crate) time: T,
+    /// Place on the table and height above that of rest, m.
+    pub(crate) place: Vector3<T>,
+    /// m/s
+    pub(crate) velocity: Vector3<T>,
+    /// Velocity of the ball's lowest point, m/s.
+    pub(crate) slip: Vector2<T>,
+}
+
 /// A stretch of constant acceleration.
 #[derive(Clone, Copy, Debug)]
-struct Stretch {
-    start: f64,
-    position: Vector2<f64>,
-    velocity: Vector2<f64>,
-    acceleration: Vector2<f64>,
-    slip: Vector2<f64>,
-    /// Δs/Δv by friction: (1 + ν)/ν while the ball slips, 0 while it rolls.
+pub(crate) struct Stretch<T> {
+    /// Time from which the ball is on it, s.
+    pub(crate) start: f64,
+    pub(crate) from: Moment<T>,
+    /// m/s²
+    pub(crate) acceleration: Vector3<T>,
+    /// Δs/Δv by friction: (1 + ν)/ν while the ball slips, 0 while it rolls or flies.
     lever: f64,
 }
 
-impl Stretch {
-    /// Returns a stretch without friction: flight, rest.
-    fn free(start: f64, [position, velocity, slip]: [Vector2<f64>; 3]) -> Self {
-        Self { start, position, velocity, acceleration: Vector2::zeros(), slip, lever: 0.0 }
+impl<T: Number> Stretch<T> {
+    fn new(from: Moment<T>, acceleration: Vector3<T>, lever: f64) -> Self {
+        Self { start: from.time.re(), from, acceleration, lever }
     }
 
-    /// Returns position, velocity and slip at a time.
-    fn at(&self, time: f64) -> [Vector2<f64>; 3] {
-        let (t, a) = (time - self.start, self.acceleration);
-        let by = a * t;
-        [self.position + self.velocity * t + by * t * 0.5, self.velocity + by, self.slip + by * self.lever]
+    /// Returns a stretch without acceleration.
+    pub(crate) fn free(from: Moment<T>) -> Self {
+        Self::new(from, Vector3::zeros(), 0.0)
+    }
+
+    /// Returns the ball at a time, s.
+    fn at(&self, time: T) -> Moment<T> {
+        let t = time - self.from.time;
+        let change = self.acceleration * t;
+        Moment {
+            time,
+            place: self.from.place + self.from.velocity * t + change * (t * 0.5),
+            velocity: self.from.velocity + change,
+            slip: self.from.slip + change.xy() * T::from(self.lever),
+        }
+    }
+
+    /// Returns the stretch on which the velocity of a ball on this one becomes that of `after`,
+    /// evenly from `half` before its instant to `half` after.
+    fn turning(&self, after: &Moment<T>, half: f64) -> Self {
+        let change = after.velocity - self.at(after.time).velocity;
+        let acceleration = self.acceleration + change * T::from(0.5 / half);
+        Self::new(self.at(after.time - half), acceleration, 0.0)
     }
 }
 
-/// The path of a ball before or after an impact, as stretches of constant acceleration.
-#[derive(Clone, Debug)]
-pub struct Path(Vec<Stretch>);
+/// The action of a cloth on a ball.
+pub(crate) struct Forces<T> {
+    pub(crate) sliding: T,
+    pub(crate) rolling: T,
+    pub(crate) bounce: T,
+    /// Acceleration of gravity, m/s².
+    pub(crate) gravity: T,
+    /// Acceleration of a sliding ball down a tilted table, m/s².
+    pub(crate) tilt: Vector2<T>,
+    /// ν of the ball.
+    pub(crate) inertia: f64,
+    pub(crate) smoothing: Smoothing,
+}
 
-impl Path {
-    /// Returns the path of a ball that is in a state at a position, m, and a time, s, just after an
-    /// impact, table frame: flight with its bounces, sliding, rolling to the end.
-    #[must_use]
-    pub fn after(state: &BallState, ball: &Ball, position: [f64; 2], mut time: f64, cloth: &Cloth) -> Self {
-        let mut path = Vec::with_capacity(12);
-        let mut up = state.velocity.z;
-        let mut at = [position.into(), state.velocity.xy(), cloth_slip(state, ball.radius).xy()];
-        // the slip that an impulse on the ball removes: Δs = (1 + ν)/ν Δv
-        let lever = (1.0 + ball.inertia) / ball.inertia;
-        while up > MIN_REBOUND && path.len() < MAX_FLIGHTS {
-            let flight = Stretch::free(time, at);
-            path.push(flight);
-            // 2V_z/g in the air
-            time += up * (2.0 / GRAVITY);
-            at = flight.at(time);
-            // μ_k(1 + e_t)V_z at the landing, or what stops the slip
-            let [_, velocity, slip] = &mut at;
-            let most = cloth.sliding * (cloth.bounce + 1.0) * up;
-            let impulse = direction(*slip) * most.min(slip.norm() / lever);
-            *velocity -= impulse;
-            *slip -= impulse * lever;
-            up *= cloth.bounce;
-        }
-        // bounces that are left: each takes at most μ_k(1 + e_t)V_z in 2V_z/g, all Σ 2V_z e_tⁿ/g…
-        let lost = 1.0 - cloth.bounce;
-        let bouncing = if up > 0.0 { up * (2.0 / GRAVITY) / lost.max(0.0) } else { 0.0 };
-        let low = cloth.sliding * (cloth.bounce + 1.0) * (0.5 * GRAVITY);
-        // …and then it slides
-        for (friction, lasts) in [(low, bouncing), (cloth.sliding * GRAVITY, f64::INFINITY)] {
-            let slip = at[2];
-            if slip.norm() <= 0.0 || friction <= 0.0 || lasts <= 0.0 {
-                continue;
-            }
-            let acceleration = direction(slip) * -friction;
-            let sliding = Stretch { acceleration, lever, ..Stretch::free(time, at) };
-            path.push(sliding);
-            // s decreases by (1 + ν)/ν times the friction
-            let until_rolling = slip.norm() / (friction * lever);
-            time += until_rolling.min(lasts);
-            at = sliding.at(time);
-            if until_rolling <= lasts {
-                at[2] = Vector2::zeros();
-            }
-        }
-        let friction = cloth.rolling * GRAVITY;
-        let speed = at[1].norm();
-        let rolls = Stretch { acceleration: direction(at[1]) * -friction, ..Stretch::free(time, at) };
-        path.push(rolls);
-        if speed > 0.0 && friction > 0.0 {
-            // until it lies still
-            time += speed / friction;
-            let [position, _, slip] = rolls.at(time);
-            path.push(Stretch::free(time, [position, Vector2::zeros(), slip]));
-        }
-        Self(path)
+impl<T: Number> Forces<T> {
+    /// Returns Δs/Δv of an impulse on the ball, (1 + ν)/ν.
+    fn lever(&self) -> f64 {
+        (1.0 + self.inertia) / self.inertia
     }
 
-    /// Returns the path up to such a state just before an impact: sliding if the ball slips there,
-    /// else rolling.
+    fn norm(&self, v: &Vector2<T>) -> T {
+        norm(v, self.smoothing.speed)
+    }
+
+    /// Returns the unit vector, or 0 of no vector.
+    fn direction(&self, v: Vector2<T>) -> Vector2<T> {
+        let length = self.norm(&v);
+        if length.re() > 0.0 { v / length } else { Vector2::zeros() }
+    }
+
+    /// Returns the motion of a ball that slides.
+    pub(crate) fn slide(&self, from: Moment<T>) -> Stretch<T> {
+        let friction = self.direction(from.slip) * (self.sliding * self.gravity);
+        Stretch::new(from, flat(self.tilt - friction), self.lever())
+    }
+
+    /// Returns the motion of a ball that rolls.
+    pub(crate) fn roll(&self, from: Moment<T>) -> Stretch<T> {
+        let friction = self.direction(from.velocity.xy()) * (self.rolling * self.gravity);
+        Stretch::new(from, flat(self.tilt / T::from(1.0 + self.inertia) - friction), 0.0)
+    }
+
+    /// Returns the path of a ball through an impact after which it is `after`.
+    pub(crate) fn through(&self, before: Stretch<T>, after: Moment<T>) -> Vec<Stretch<T>> {
+        let half = self.smoothing.contact;
+        let mut path = vec![Stretch { start: f64::NEG_INFINITY, ..before }];
+        path.extend((half > 0.0).then(|| before.turning(&after, half)));
+        let first = path.len();
+        self.follow(after, &mut path);
+        for stretch in &mut path[first..] {
+            // those that are over before the contact ends are never followed
+            stretch.start = stretch.start.max(after.time.re() + half);
+        }
+        path
+    }
+
+    /// Appends the path of a ball after an impact: flights, landings, sliding, rolling to the end.
+    fn follow(&self, mut now: Moment<T>, path: &mut Vec<Stretch<T>>) {
+        let lever = self.lever();
+        let (mut flights, mut late) = (0, 0.0);
+        while now.velocity.z.re() > MIN_REBOUND && flights < MAX_FLIGHTS {
+            flights += 1;
+            let mut flight = Stretch::new(now, Vector3::z() * -self.gravity, 0.0);
+            flight.start += late;
+            path.push(flight);
+            // 2V_z/g in the air
+            let rise = now.velocity.z;
+            let lasts = rise * 2.0 / self.gravity;
+            now = flight.at(now.time + lasts);
+            // μ_k(1 + e_t)V_z at the landing, or what stops the slip
+            let grip = self.sliding * (self.bounce + 1.0) * rise;
+            let stop = self.norm(&now.slip) / lever;
+            let impulse = self.direction(now.slip) * if grip.re() < stop.re() { grip } else { stop };
+            now.velocity -= flat(impulse);
+            now.velocity.z = self.bounce * rise;
+            now.slip -= impulse * T::from(lever);
+            let half = self.smoothing.landing;
+            late = if (lasts * self.bounce).re() > 2.0 * half { half } else { 0.0 };
+            if late > 0.0 {
+                path.push(flight.turning(&now, half));
+            }
+        }
+        let rise = std::mem::replace(&mut now.velocity.z, T::zero());
+        now.place.z = T::zero();
+        if rise.re() > 0.0 {
+            // bounces that are left take Σ μ_k(1 + e_t)V_z e_tⁿ in Σ 2V_z e_tⁿ/g, as much as a ball
+            // that slides from V_z/g on
+            let flight = Stretch::free(now);
+            path.push(flight);
+            now = flight.at(now.time + rise / self.gravity);
+        }
+        let ends = |lasts: T| lasts.re() > 0.0 && lasts.re().is_finite();
+        // its slip decreases by (1 + ν)/ν times the friction
+        let lasts = self.norm(&now.slip) / (self.sliding * self.gravity * lever);
+        if ends(lasts) {
+            let sliding = self.slide(now);
+            path.push(sliding);
+            now = Moment { slip: Vector2::zeros(), ..sliding.at(now.time + lasts) };
+        }
+        let rolling = self.roll(now);
+        path.push(rolling);
+        let lasts = self.norm(&now.velocity.xy()) / (self.rolling * self.gravity);
+        if ends(lasts) {
+            let rest = rolling.at(now.time + lasts);
+            path.push(Stretch::free(Moment { velocity: Vector3::zeros(), ..rest }));
+        }
+    }
+}
+
+/// Returns the length of a vector, which is smooth at 0 if `smooth` is not 0.
+pub(crate) fn norm<T: Number>(v: &Vector2<T>, smooth: f64) -> T {
+    (v.x * v.x + v.y * v.y + smooth * smooth).sqrt()
+}
+
+/// Returns a horizontal vector.
+pub(crate) fn flat<T: Number>(v: Vector2<T>) -> Vector3<T> {
+    Vector3::new(v.x, v.y, T::zero())
+}
+
+/// The path of a ball through an impact, as stretches of constant acceleration.
+#[derive(Clone, Debug)]
+pub struct Path(Vec<Stretch<f64>>);
+
+impl Path {
+    /// Returns the path of a ball through an impact at a position, m, and a time, s, from its states
+    /// just before and after, table frame: before, sliding if it slips there, else rolling; after,
+    /// flight with its bounces, sliding, rolling to the end.
     #[must_use]
-    pub fn before(state: &BallState, ball: &Ball, position: [f64; 2], time: f64, cloth: &Cloth) -> Self {
-        let (velocity, slip) = (state.velocity.xy(), cloth_slip(state, ball.radius).xy());
+    pub fn through(states: [&BallState; 2], ball: &Ball, [x, y]: [f64; 2], time: f64, cloth: &Cloth) -> Self {
+        let Cloth { sliding, rolling, bounce } = *cloth;
+        let (tilt, smoothing) = (Vector2::zeros(), Smoothing::default());
+        let forces =
+            Forces { sliding, rolling, bounce, gravity: GRAVITY, tilt, inertia: ball.inertia, smoothing };
+        let [before, after] = states.map(|state| Moment {
+            time,
+            place: Vector3::new(x, y, 0.0),
+            velocity: state.velocity,
+            slip: cloth_slip(state, ball.radius).xy(),
+        });
         // less is the rounding of a natural roll
-        let slips = slip.norm() > 1e-6 * velocity.norm();
-        let lever = if slips { (1.0 + ball.inertia) / ball.inertia } else { 0.0 };
-        let (along, friction) = if slips { (slip, cloth.sliding) } else { (velocity, cloth.rolling) };
-        let acceleration = direction(along) * -friction * GRAVITY;
-        let free = Stretch::free(time, [position.into(), velocity, slip]);
-        Self(vec![Stretch { acceleration, lever, ..free }])
+        let rolls = before.slip.norm() <= 1e-6 * before.velocity.norm();
+        let before = if rolls { forces.roll(before) } else { forces.slide(before) };
+        Self(forces.through(before, after))
     }
 
     /// Returns the instants of take-off, landings, sliding, rolling and rest, s.
     pub fn changes(&self) -> impl Iterator<Item = f64> {
-        self.0.iter().map(|stretch| stretch.start)
+        self.0.iter().skip(1).map(|stretch| stretch.start)
     }
 
     /// Returns the position at a time, m.
     #[must_use]
     pub fn position(&self, time: f64) -> [f64; 2] {
-        self.at(time)[0].into()
+        self.at(time).place.xy().into()
     }
 
     /// Returns the horizontal velocity at a time, m/s.
     #[must_use]
     pub fn velocity(&self, time: f64) -> [f64; 2] {
-        self.at(time)[1].into()
+        self.at(time).velocity.xy().into()
     }
 
     /// Returns the horizontal spin at a time, ẑ × (V − s)/R, rad/s, of a ball of this radius, m.
     #[must_use]
     pub fn spin(&self, time: f64, radius: f64) -> [f64; 2] {
-        let [_, velocity, slip] = self.at(time);
-        let surface = (velocity - slip) / radius;
+        let Moment { velocity, slip, .. } = self.at(time);
+        let surface = (velocity.xy() - slip) / radius;
         [-surface.y, surface.x]
     }
 
-    fn at(&self, time: f64) -> [Vector2<f64>; 3] {
-        let index = self.0.iter().rposition(|stretch| stretch.start <= time).unwrap_or(0);
+    fn at(&self, time: f64) -> Moment<f64> {
+        let index = self.0.partition_point(|stretch| stretch.start <= time).saturating_sub(1);
         self.0[index].at(time)
     }
-}
-
-/// Returns the unit vector, or 0 of no vector.
-fn direction(v: Vector2<f64>) -> Vector2<f64> {
-    v.try_normalize(0.0).unwrap_or_default()
 }

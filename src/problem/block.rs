@@ -3,7 +3,7 @@
 
 use super::discs::block::DiscBlock;
 use super::film::block::FilmBlock;
-use super::film::impact::Correction;
+use super::film::impact::{Contact, Correction};
 use super::rows::block::RowsBlock;
 use super::sums::{Contribution, Noise, OwnPrior, Spread};
 use super::unknowns::{Own, Shared};
@@ -45,10 +45,8 @@ impl Block {
         }
     }
 
-    /// Returns the noises that are estimated, in the order of the sums of a contribution.
     pub(crate) fn noises_mut(&mut self) -> &mut [Noise] {
         match self {
-            Self::Film(film) if film.states_noise => &mut [],
             Self::Film(film) => &mut film.noise,
             Self::Discs(discs) => &mut discs.noise,
             Self::Rows(rows) => &mut rows.noises,
@@ -74,12 +72,12 @@ impl Block {
         }
     }
 
-    /// Returns whether the contact is compliant along its surface.
-    pub(crate) fn is_compliant(&self) -> bool {
+    /// Returns the model of the impact; `None` of discs, whose shots scatter about a law.
+    pub(crate) fn contact(&self) -> Option<&Contact> {
         match self {
-            Self::Film(film) => film.contact.is_compliant(),
-            Self::Discs(_) => false,
-            Self::Rows(rows) => rows.contact.is_compliant(),
+            Self::Film(film) => Some(&film.contact),
+            Self::Discs(_) => None,
+            Self::Rows(rows) => Some(&rows.contact),
         }
     }
 

@@ -90,28 +90,20 @@ pub(crate) fn whiten<const R: usize>(
     carries: bool,
     see: impl Fn(&Frame) -> (usize, [SVector<f64, R>; 2]),
 ) -> Vec<Sight<R>> {
-    let is_correlated = rho != [0.0; 2];
-    let mut last: Option<(usize, Point, f64)> = None;
-    let mut last_rows: Option<[SVector<f64, R>; 2]> = None;
+    let mut last: Option<(usize, f64, [SVector<f64, R>; 2])> = None;
     let mut sights: Vec<Sight<R>> = Vec::with_capacity(frames.len());
     for (index, frame) in frames.iter().enumerate().filter(|(_, frame)| frame.used) {
         let (piece, rows) = see(frame);
         let sums = [NoiseSums::default(); 2];
-        sights.push(Sight { index, time: frame.time, piece, rows, carried: None, sums });
-        let Some(sight) = sights.last_mut() else { continue };
-        let rows_before = if is_correlated { last_rows.replace(sight.rows) } else { None };
-        let residuals = sight.residuals();
-        let before = last.replace((piece, residuals, frame.time));
-        let before = before.filter(|(on, ..)| carries || *on == piece);
+        let mut sight = Sight { index, time: frame.time, piece, rows, carried: None, sums };
+        let before = last.replace((piece, frame.time, rows)).filter(|(on, ..)| carries || *on == piece);
         for axis in 0..2 {
-            let sums = &mut sight.sums[axis];
+            let (sums, row) = (&mut sight.sums[axis], &mut sight.rows[axis]);
             sums.count = frame.weight[axis].powi(2).min(1.0);
-            let Some((on, before, then)) = before.filter(|_| frame.weight[axis] > 0.0) else {
-                continue;
-            };
-            sums.lagged = residuals[axis] * before[axis];
-            sums.square = residuals[axis].powi(2);
-            let Some(rows_before) = rows_before.as_ref() else { continue };
+            let before = before.as_ref().filter(|_| frame.weight[axis] > 0.0);
+            let Some((on, then, rows_before)) = before else { continue };
+            sums.lagged = row[R - 1] * rows_before[axis][R - 1];
+            sums.square = row[R - 1].powi(2);
             let frames = ((frame.time - then) * fps).round().clamp(1.0, 1e6);
             let kept = rho[axis].powi(frames as i32);
             if !(kept > 0.0) {
@@ -120,15 +112,16 @@ pub(crate) fn whiten<const R: usize>(
             let fresh = (1.0 - kept * kept).sqrt().recip();
             sums.ln_determinant = -2.0 * fresh.ln();
             let mut carried = rows_before[axis] * (kept * fresh);
-            sight.rows[axis] *= fresh;
-            if on == piece {
-                sight.rows[axis] -= carried;
+            *row *= fresh;
+            if *on == piece {
+                *row -= carried;
             } else {
-                sight.rows[axis][R - 1] -= std::mem::take(&mut carried[R - 1]);
-                let both = sight.carried.get_or_insert_with(|| (on, Box::new([SVector::zeros(); 2])));
+                row[R - 1] -= std::mem::take(&mut carried[R - 1]);
+                let both = sight.carried.get_or_insert_with(|| (*on, Box::new([SVector::zeros(); 2])));
                 both.1[axis] = -carried;
             }
         }
+        sights.push(sight);
     }
     sights
 }
@@ -228,7 +221,6 @@ pub(crate) fn add_track<const R: usize, const C: usize, const I: usize>(
                 total.noises[noises[axis]].add(&sight.sums[axis]);
                 let row = &sight.rows[axis];
                 match &sight.carried {
-                    None if weight == 1.0 => rows.extend_from_slice(row.as_slice()),
                     None => rows.extend_from_slice((row * weight.sqrt()).as_slice()),
                     Some((on, carried)) => {
                         let by = columns.expand(row, piece, length)

@@ -3,8 +3,9 @@
 
 use super::block::Block;
 use super::descent::{Descent, STALL, descend};
-use super::noise;
-use super::problem::{Problem, Sample, State};
+use super::film::block::FilmBlock;
+use super::noise::{self, minus_two_log};
+use super::problem::{Problem, State};
 use super::rows::block::RowsBlock;
 use super::unknowns::Id;
 
@@ -36,39 +37,30 @@ const MAX_STATE_ROUNDS: usize = 5;
 const MAX_ROUNDS: usize = 10;
 
 /// Minimises over everything free: coarsely, finely, and again with the noise that the residuals
-/// show. `None` if no start describes a collision.
+/// show. Rolling and sliding balls of unknown spin have minima of their own: from all rolling and
+/// from all sliding to the likelier end. `None` if no start describes a collision.
 pub(crate) fn fit(problem: &mut Problem, start: &State) -> Option<Descent> {
-    let coarse = descend_with_states(problem, start)?;
-    Some(descend_with_noise(problem, coarse.end.state))
-}
-
-/// Descends coarsely, of films also with all balls of unknown spin sliding instead of rolling: they
-/// are judged one by one from shared unknowns that suit most.
-pub(crate) fn descend_with_states(problem: &mut Problem, start: &State) -> Option<Descent> {
-    let first = descend_coarsely(problem, start);
-    let sliding = |sample: &Sample| match &sample.block {
-        Block::Film(film) => film.all_sliding().map(Block::Film),
-        Block::Discs(_) | Block::Rows(_) => None,
+    let end = |problem: &mut Problem| {
+        let coarse = descend_coarsely(problem, start)?;
+        Some(descend_with_noise(problem, coarse.end.state))
     };
-    let others = problem.samples.iter().map(sliding);
-    let Some(others) = others.collect::<Option<Vec<_>>>() else { return first };
-    let mut changed = problem.clone();
-    for (sample, block) in changed.samples.iter_mut().zip(others) {
-        sample.block = block;
+    let mut sliding = problem.clone();
+    let is_open = sliding.film_mut().is_some_and(FilmBlock::slide);
+    let first = end(problem);
+    let Some(other) = is_open.then(|| end(&mut sliding)).flatten() else { return first };
+    let likelihood = |problem: &Problem, descent: &Descent| minus_two_log(problem, &descent.end);
+    let of_other = likelihood(&sliding, &other);
+    if first.as_ref().is_some_and(|first| likelihood(problem, first) <= of_other) {
+        return first;
     }
-    let other = descend_coarsely(&changed, start);
-    let is_lower = |other: &Descent| first.as_ref().is_none_or(|first| other.end.cost < first.end.cost);
-    if other.as_ref().is_some_and(is_lower) {
-        *problem = changed;
-        return other;
-    }
-    first
+    *problem = sliding;
+    Some(other)
 }
 
 /// Descends a few steps over places, scale, μ and e from each μ of a grid, with a noise as large as
 /// the first guesses are wrong, of large tables with some of the shots. From the best two, if they
 /// are at different μ, goes on over everything free; returns the lower one.
-pub(super) fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
+fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
     let Thinned { problem: mut coarser, state: coarse_start, .. } = thin(problem, start);
     for sample in &mut coarser.samples {
         if let Block::Film(film) = &mut sample.block {

@@ -6,12 +6,10 @@ use super::block::Block;
 use super::problem::{Eliminated, Evaluation, Problem, Reduced, Sample};
 use super::sums::{Noise, NoiseSums, Scattered, Spread};
 use super::uncertainty::Estimates;
+use crate::extraction::MIN_RHO;
 
 /// Largest correlation of neighbouring frames that is estimated.
 const MAX_RHO: f64 = 0.98;
-
-/// Correlation below which that of the residuals serves: it changes no error by a tenth.
-const LEAST_RHO: f64 = 0.1;
 
 /// Step of the correlation between values whose likelihoods are compared.
 const RHO_STEP: f64 = 0.04;
@@ -103,7 +101,7 @@ fn count_spent(
     let total: f64 = sums.iter().map(|sums| count(sums)).sum();
     let shared = count_shared(problem, estimates) / total.max(1.0);
     let of_sample = |(number, sample): (usize, &Sample)| match &sample.block {
-        Block::Rows(rows) => rows.leverages(sample, &at.state, (reduced, estimates), number),
+        Block::Rows(rows) => rows.leverages(at, (reduced, estimates), (number, sample)),
         block => {
             let part = count_own(block, &reduced.own[number]) / count(&sums[number]) + shared;
             sums[number].iter().map(|sum| sum.count * part).collect()
@@ -121,7 +119,7 @@ fn likeliest_correlation(problem: &mut Problem, at: &Evaluation, sample: usize, 
     let of_residuals = lagged / square;
     let noises = problem.samples[sample].block.noises_mut();
     let present = noises.iter().map(|noise| noise.rho).fold(of_residuals, f64::max);
-    if !(present > LEAST_RHO && dof > 0.0) {
+    if !(present > MIN_RHO && dof > 0.0) {
         return None;
     }
     let middle = present.clamp(RHO_STEP, MAX_RHO - RHO_STEP);

@@ -5,10 +5,10 @@
 use nalgebra::{DMatrix, DVector, Matrix4, Vector4, matrix};
 use statrs::distribution::{ContinuousCDF, Normal};
 
+use super::film::shots::VELOCITIES;
 use super::rows::deviations::Deviations;
 use super::solution::Solution;
 use super::unknowns::Id;
-use crate::measurement::observable::{Axis, Observable};
 
 /// Velocities after the impact less the model's: of the cue ball along and across the line of
 /// centres, and of the object ball, m/s.
@@ -74,10 +74,8 @@ impl Solution {
             by.set_column(*id as usize, &beside.column(place));
         }
         let values = turn * values;
-        let of_ball = |of: fn(Axis) -> Observable| [of(Axis::X), of(Axis::Y)];
-        let observables = [of_ball(Observable::CueVelocity), of_ball(Observable::ObjectVelocity)].concat();
         Some(Deviations {
-            observables,
+            observables: VELOCITIES.to_vec(),
             measured: (turn * Vector4::from(motion.after) + values).iter().copied().collect(),
             values: DVector::from_column_slice(values.as_slice()),
             covariance: DMatrix::from_column_slice(4, 4, (turn * covariance * turn.transpose()).as_slice()),

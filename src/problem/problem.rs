@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::block::Block;
 use super::discs::block::DiscBlock;
 use super::film::block::FilmBlock;
+use super::film::impact::Contact;
 use super::rows::block::RowsBlock;
 use super::sums::{Contribution, NoiseSums};
 use super::unknowns::{Id, Mode, Normal, Own, SHARED, Shared, Unknown};
@@ -183,12 +184,7 @@ impl Problem {
 
     /// Returns whether a sample has what weight and cloth do during the contact.
     pub(crate) fn is_weighed(&self) -> bool {
-        let is_corrected = |sample: &Sample| match &sample.block {
-            Block::Film(film) => film.contact.is_corrected(),
-            Block::Rows(rows) => rows.contact.is_corrected(),
-            Block::Discs(_) => false,
-        };
-        self.samples.iter().any(is_corrected)
+        self.samples.iter().filter_map(|sample| sample.block.contact()).any(Contact::is_corrected)
     }
 
     /// Computes again what weight and cloth do during the contact if a sample has it.
@@ -282,7 +278,7 @@ impl Evaluation {
                 let own = shot.held.len();
                 sum += shot.products.view((own, own), (shared + 1, shared + 1));
                 squares += shot.products[(own + shared, own + shared)];
-                let (matrix, beside) = shot.own_system(own);
+                let (matrix, beside) = shot.own_system();
                 let cholesky = matrix.cholesky()?;
                 let response = cholesky.solve(&beside);
                 sum.gemm_tr(-1.0, &beside, &response, 1.0);

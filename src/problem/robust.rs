@@ -2,14 +2,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::block::Block;
-use super::film::block::FilmBlock;
-use super::loss::ShotLoss;
 use super::noise::count_shared;
 use super::problem::{Evaluation, Problem};
+use super::sums::Part;
 use super::uncertainty::Estimates;
-use super::unknowns::{Id, Own};
-use crate::measurement::loss::Loss;
+use super::unknowns::Id;
 
 /// Largest part of the information in a direction that one shot has, when its scatter is made
 /// whole.
@@ -32,15 +29,17 @@ pub(crate) fn robust_covariance(
     }
     let mut curvature = DMatrix::<f64>::zeros(n, n);
     let mut slopes = Vec::new();
-    for (number, (sample, shots)) in problem.samples.iter().zip(&at.shots).enumerate() {
+    for (sample, shots) in problem.samples.iter().zip(&at.shots) {
         let local = |id: &Id| estimates.position(sample.columns[*id as usize]);
         let (ids, places): (Vec<Id>, Vec<usize>) =
             Id::ALL.into_iter().filter_map(|id| Some((id, local(&id)?))).unzip();
-        for (shot, (loss, distance)) in shots.iter().zip(losses(problem, at, number)) {
+        for shot in shots {
             // of the weighted sums: g = w Jᵀr, H = w JᵀJ + (w'/s)(Jᵀr)(Jᵀr)ᵀ
             let (matrix, slope) = shot.reduced(&ids)?;
-            let weight = loss.weight(distance);
-            let bend = if distance > 0.0 { loss.slope(distance) / (distance * weight * weight) } else { 0.0 };
+            let bend = |Part { loss, distance }: Part| {
+                loss.slope(distance) / (distance * loss.weight(distance).powi(2))
+            };
+            let bend = shot.part.filter(|part| part.distance > 0.0).map_or(0.0, bend);
             let own = matrix + &slope * slope.transpose() * bend;
             for (i, a) in places.iter().enumerate() {
                 for (j, b) in places.iter().enumerate() {
@@ -64,23 +63,4 @@ pub(crate) fn robust_covariance(
         scatter += &whole * whole.transpose();
     }
     Some(&root * scatter * root.transpose())
-}
-
-/// Returns the loss and the distance of each shot of a sample.
-pub(super) fn losses(problem: &Problem, at: &Evaluation, number: usize) -> Vec<(ShotLoss, f64)> {
-    let (sample, shots) = (&problem.samples[number], &at.shots[number]);
-    match &sample.block {
-        Block::Film(film @ FilmBlock { loss: Some(loss), .. }) => {
-            film.distances(shots).into_iter().map(|distance| (*loss, distance)).collect()
-        }
-        Block::Rows(rows) => {
-            let shared = sample.gather(&at.state.shared);
-            let of_shot = |(i, own): (usize, &Own)| {
-                let (distance, loss) = rows.distance(i, own, &shared);
-                (loss, distance)
-            };
-            at.state.own[number].iter().enumerate().map(of_shot).collect()
-        }
-        _ => vec![(ShotLoss::new(Loss::Squares, 1), 0.0); shots.len()],
-    }
 }

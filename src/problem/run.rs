@@ -14,7 +14,7 @@ use super::policy::Policy;
 use super::problem::{Problem, State, split_names};
 use super::robust::robust_covariance;
 use super::solution::Solution;
-use super::sums::Noise;
+use super::sums::{Noise, Part};
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode, Shared};
 use crate::measurement::dataset::{Dataset, Tracks};
@@ -41,9 +41,9 @@ pub(crate) fn fit_film(
     let start = State { own: vec![own], shared: Shared::starts(&unknowns) };
     let problem = Problem::of_one(Block::Film(block), unknowns);
     let all = (problem.clone(), names.clone());
-    let mut run = Run::minimise(policy, (problem, names), &start)?;
+    let run = Run::minimise(policy, (problem, names), &start)?;
+    let mut run = run.without_false_shots(all, &start, &first_noise);
     run.findings.splice(..0, findings);
-    run.leave_out_false_shots(all, &start, &first_noise);
     run.leave_out_spoiled();
     // shots that were left out have no first guess any more
     let start = if start.own[0].len() == run.names.len() { start } else { run.descent.end.state.clone() };
@@ -113,9 +113,8 @@ fn judge_outcomes(problem: &Problem, start: &State, policy: &Policy) -> Option<(
     let numbers = Id::OFFSETS.len();
     (film.loss, film.states_noise) = (Some(ShotLoss::new(Loss::Cauchy, numbers)), true);
     let end = fit(&mut robust, start)?.end;
-    let distances = robust.film()?.distances(&end.shots[0]);
-    let is_alike = |distance: &f64| tail(distance * distance, numbers as f64) > policy.shot_tail;
-    let keep: Vec<bool> = distances.iter().map(is_alike).collect();
+    let is_alike = |part: Part| tail(part.distance * part.distance, numbers as f64) > policy.shot_tail;
+    let keep: Vec<bool> = end.shots[0].iter().map(|shot| shot.part.is_some_and(is_alike)).collect();
     let lost = keep.iter().filter(|keep| !**keep).count();
     let is_few = lost > 0 && lost as f64 <= policy.max_lost * keep.len() as f64;
     is_few.then_some((keep, end.state))
@@ -163,28 +162,26 @@ impl<'a> Run<'a> {
         Ok(run)
     }
 
-    /// Leaves out shots whose outcome is not that of the others, as a fit with a robust loss of all
-    /// shots shows it, if the frames of the others then scatter as their noise.
-    fn leave_out_false_shots(
-        &mut self,
-        (problem, names): (Problem, Vec<String>),
+    /// Returns the fit without shots whose outcome is not that of the others, as a fit of all shots
+    /// with a robust loss shows it, if the frames of the others then scatter as their noise.
+    fn without_false_shots(
+        self,
+        (mut problem, mut names): (Problem, Vec<String>),
         start: &State,
         first: &[Noise; 2],
-    ) {
-        if problem.is_robust() || slow_variance(&self.noise(), first) <= self.policy.misfit {
-            return;
+    ) -> Self {
+        let is_good = |run: &Self| slow_variance(&run.noise(), first) <= run.policy.misfit;
+        if problem.is_robust() || is_good(&self) {
+            return self;
         }
-        let Some((keep, mut state)) = judge_outcomes(&problem, start, self.policy) else { return };
-        let descent = self.descent.clone();
-        let mut others = Run { policy: self.policy, problem, descent, names, findings: Vec::new() };
-        others.leave_out(&keep, &mut state);
-        let all = (others.problem, others.names);
-        let Ok(mut found) = Self::minimise(self.policy, all, &state) else { return };
-        if slow_variance(&found.noise(), first) <= self.policy.misfit {
-            self.findings.retain(|finding| !matches!(finding, Finding::LostShots { .. }));
-            self.findings.extend(others.findings.into_iter().chain(std::mem::take(&mut found.findings)));
-            *self = Run { findings: std::mem::take(&mut self.findings), ..found };
-        }
+        let Some((keep, mut state)) = judge_outcomes(&problem, start, self.policy) else { return self };
+        problem.retain(0, &mut state, &keep);
+        let lost = Finding::LostShots { names: split_names(&mut names, &keep) };
+        let found = Self::minimise(self.policy, (problem, names), &state).ok().filter(is_good);
+        found.map_or(self, |mut found| {
+            found.findings.insert(0, lost);
+            found
+        })
     }
 
     /// Leaves out the shots that are not kept, and says so.

@@ -11,7 +11,6 @@ use super::descent::{Descent, descend};
 use super::findings::{Finding, Severity, worst};
 use super::noise::{count_shared, minus_two_log};
 use super::problem::{Evaluation, Problem, Sample, State};
-use super::robust::losses;
 use super::rows::shot::RowShot;
 use super::sums::{Contribution, Noise};
 use super::uncertainty::{Estimates, Share};
@@ -299,8 +298,7 @@ impl Solution {
         if !self.problem.is_robust() {
             return Vec::new();
         }
-        let all = losses(&self.problem, &self.at, 0).into_iter();
-        all.map(|(loss, distance)| loss.weight(distance)).collect()
+        self.at.shots[0].iter().map(Contribution::weight).collect()
     }
 
     /// Returns whether the data are a film of balls or of discs.

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::loss::ShotLoss;
 use super::unknowns::{Id, Normal};
 use crate::numerics::dense::{Place, descend};
 
@@ -93,13 +94,21 @@ pub(crate) struct Scattered {
     pub(crate) by: DVector<f64>,
 }
 
+/// The part of a shot in a robust loss.
+#[derive(Clone, Copy)]
+pub(crate) struct Part {
+    pub(crate) loss: ShotLoss,
+    /// Distance of the shot from its prediction, in standard deviations.
+    pub(crate) distance: f64,
+}
+
 /// The contribution of a shot to the normal equations.
 #[derive(Clone)]
 pub(crate) struct Contribution {
     /// JᵀJ by own unknowns, the shared unknowns that the shot may depend on, which are the first of
     /// its sample, and the residual as the last column (upper triangle).
     pub(crate) products: DMatrix<f64>,
-    /// χ² with Huber's loss; infinite if the unknowns describe no collision.
+    /// χ² with the losses of frames and shots; infinite if the unknowns describe no collision.
     pub(crate) cost: f64,
     /// Sums of each noise of the block.
     pub(crate) noises: Vec<NoiseSums>,
@@ -108,6 +117,8 @@ pub(crate) struct Contribution {
     pub(crate) held: Vec<bool>,
     /// The numbers that scatter from shot to shot.
     pub(crate) scattered: Vec<Scattered>,
+    /// `None` by least squares.
+    pub(crate) part: Option<Part>,
 }
 
 /// Minimises χ² of a shot from `x`, its own unknowns and the shared `ids` at given others; returns
@@ -141,6 +152,7 @@ impl Contribution {
             sticks: false,
             held: vec![false; own],
             scattered: Vec::new(),
+            part: None,
         }
     }
 
@@ -154,6 +166,18 @@ impl Contribution {
         // what is not finite in a row is so in its square
         let is_finite = self.cost.is_finite() && self.products.trace().is_finite();
         if is_finite { self } else { Self::impossible(self.held.len(), self.shared(), self.noises.len()) }
+    }
+
+    /// Weighs the shot by a loss of its distance, whose square is in the sums.
+    pub(crate) fn weigh(&mut self, loss: ShotLoss, distance: f64) {
+        self.products *= loss.weight(distance);
+        self.cost += loss.cost(distance) - distance * distance;
+        self.part = Some(Part { loss, distance });
+    }
+
+    /// Returns the weight of the shot by its loss, 1 by least squares.
+    pub(crate) fn weight(&self) -> f64 {
+        self.part.map_or(1.0, |part| part.loss.weight(part.distance))
     }
 
     /// Returns the number of shared unknowns that the shot may depend on.
@@ -223,12 +247,13 @@ impl Contribution {
         raised
     }
 
-    /// Returns the normal matrix of the own unknowns and the columns beside it from `first` on. Held
-    /// unknowns are decoupled.
-    pub(crate) fn own_system(&self, first: usize) -> (DMatrix<f64>, DMatrix<f64>) {
+    /// Returns the normal matrix of the own unknowns and the columns beside it. Held unknowns are
+    /// decoupled.
+    pub(crate) fn own_system(&self) -> (DMatrix<f64>, DMatrix<f64>) {
         let (matrix, _) = self.system(&[]);
-        let beside = DMatrix::from_fn(self.held.len(), self.products.ncols() - first, |i, j| {
-            if self.held[i] { 0.0 } else { self.products[(i, first + j)] }
+        let own = self.held.len();
+        let beside = DMatrix::from_fn(own, self.shared() + 1, |i, j| {
+            if self.held[i] { 0.0 } else { self.products[(i, own + j)] }
         });
         (matrix, beside)
     }
@@ -252,7 +277,7 @@ impl Contribution {
     /// its sample, after elimination of its own.
     pub fn reduced(&self, ids: &[Id]) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let own = self.held.len();
-        let (matrix, beside) = self.own_system(own);
+        let (matrix, beside) = self.own_system();
         let response = matrix.cholesky()?.solve(&beside);
         let shared = self.shared();
         let products = self.products.view((own, own), (shared + 1, shared + 1)) - beside.tr_mul(&response);

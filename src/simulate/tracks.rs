@@ -37,8 +37,9 @@ pub struct TrueImpact {
 struct Course {
     truth: TrueImpact,
     balls: [Ball; 2],
-    cue_before: Path,
-    after: [Path; 2],
+    paths: [Path; 2],
+    /// Side spins of each ball before and after the impact, rad/s.
+    sides: [[f64; 2]; 2],
 }
 
 impl Course {
@@ -61,47 +62,36 @@ impl Course {
         let balls = [model.ball, model.object_ball()];
         let distance = balls[0].contact_distance(&balls[1]);
         let contact = [object[0] - distance * direction.cos(), object[1] - distance * direction.sin()];
+        let rests = BallState::default();
         Ok(Self {
-            cue_before: Path::before(&cue_before, &balls[0], contact, time, cloth),
-            after: [
-                Path::after(&cue_after, &balls[0], contact, time, cloth),
-                Path::after(&object_after, &balls[1], object, time, cloth),
+            paths: [
+                Path::through([&cue_before, &cue_after], &balls[0], contact, time, cloth),
+                Path::through([&rests, &object_after], &balls[1], object, time, cloth),
             ],
+            sides: [[cue_before.spin.z, cue_after.spin.z], [0.0, object_after.spin.z]],
             truth: TrueImpact { time, object, direction, cue_before, cue_after, object_after },
             balls,
         })
     }
 
-    /// Returns the path and the side spin, rad/s, of a ball before the impact or after it.
-    fn motion(&self, ball: TrackedBall, is_before: bool) -> Option<(&Path, f64)> {
-        match (ball, is_before) {
-            (TrackedBall::Cue, true) => Some((&self.cue_before, self.truth.cue_before.spin.z)),
-            (TrackedBall::Object, true) => None,
-            (TrackedBall::Cue, false) => Some((&self.after[0], self.truth.cue_after.spin.z)),
-            (TrackedBall::Object, false) => Some((&self.after[1], self.truth.object_after.spin.z)),
-        }
-    }
-
     fn centre(&self, ball: TrackedBall, t: f64) -> [f64; 2] {
-        let motion = self.motion(ball, t < self.truth.time);
-        motion.map_or(self.truth.object, |(path, _)| path.position(t))
+        self.paths[ball as usize].position(t)
     }
 
     /// Returns the position of a marker, and whether it is in sight: more than a tenth of the
     /// radius above the centre. At the impact it is at `place`, a unit vector from the centre.
     fn marker(&self, ball: TrackedBall, place: Vec3, t: f64) -> ([f64; 2], bool) {
-        let (time, own) = (self.truth.time, &self.balls[ball as usize]);
-        let (mut at, mut centre) = (place, self.truth.object);
-        if let Some((path, side)) = self.motion(ball, t <= time) {
-            // the rotation in steps of 0.1 ms, each about the axis of its middle
-            let steps = ((t - time).abs() / 1e-4).ceil().max(1.0);
-            let step = (t - time) / steps;
-            for n in 0..steps as usize {
-                let [x, y] = path.spin(time + (n as f64 + 0.5) * step, own.radius);
-                at = turn(at, Vec3::new(x, y, side) * step);
-            }
-            centre = path.position(t);
+        let (time, own, path) = (self.truth.time, &self.balls[ball as usize], &self.paths[ball as usize]);
+        let side = self.sides[ball as usize][usize::from(t > time)];
+        // the rotation in steps of 0.1 ms, each about the axis of its middle
+        let steps = ((t - time).abs() / 1e-4).ceil().max(1.0);
+        let step = (t - time) / steps;
+        let mut at = place;
+        for n in 0..steps as usize {
+            let [x, y] = path.spin(time + (n as f64 + 0.5) * step, own.radius);
+            at = turn(at, Vec3::new(x, y, side) * step);
         }
+        let centre = path.position(t);
         ([centre[0] + own.radius * at.x, centre[1] + own.radius * at.y], at.z > 0.1)
     }
 }

@@ -21,9 +21,6 @@ use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, Shared};
 /// much.
 const COARSE_SD: f64 = 1e-3;
 
-/// Rounds in which a distance is found from the weighted one.
-const DISTANCE_STEPS: usize = 60;
-
 /// Derivatives by the coefficients of a piece and by the camera, and the residual.
 const ROW: usize = COEFFICIENTS + CAMERA + 1;
 
@@ -75,8 +72,7 @@ impl FilmBlock {
         let mut sums = self.add_frames(shot, own, shared);
         shot.spin.constrain(own, shared, &self.spreads, &mut sums);
         if let Some((loss, distance)) = self.loss.zip(distance(&sums)) {
-            sums.products *= loss.weight(distance);
-            sums.cost += loss.cost(distance) - distance * distance;
+            sums.weigh(loss, distance);
         }
         sums
     }
@@ -118,16 +114,15 @@ impl FilmBlock {
         Some(struck.paths(shared, shot.spin.rolls, &self.contact.object()))
     }
 
-    /// Returns the used frames of each ball, whitened; an empty list if the unknowns describe no
-    /// collision.
-    pub(super) fn sights(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> [Vec<Sight<ROW>>; 2] {
-        let pieces = self.pieces(shot, own, shared);
-        let look = |ball: usize| {
-            pieces
-                .as_ref()
-                .map_or_else(Vec::new, |pieces| self.look(shot, (ball, &pieces[ball]), own, shared))
-        };
-        [look(0), look(1)]
+    /// Returns the used frames of each ball, whitened; `None` if the unknowns describe no collision.
+    pub(super) fn sights(
+        &self,
+        shot: &FilmedShot,
+        own: &Own,
+        shared: &Shared,
+    ) -> Option<[Vec<Sight<ROW>>; 2]> {
+        let pieces = self.pieces(shot, own, shared)?;
+        Some([0, 1].map(|ball| self.look(shot, (ball, &pieces[ball]), own, shared)))
     }
 
     fn look(
@@ -168,18 +163,6 @@ impl FilmBlock {
         (x.rows(0, OWN).into_owned(), sums)
     }
 
-    /// Returns the distance of each shot from the law of the impact in standard deviations of its
-    /// outcome, at sums by a robust loss.
-    pub(crate) fn distances(&self, shots: &[Contribution]) -> Vec<f64> {
-        let Some(loss) = self.loss else { return Vec::new() };
-        // the weighted sums have the weighted distance, which grows with the distance
-        let of_shot = |sums: &Contribution| {
-            let weighted = distance(sums).unwrap_or(f64::INFINITY);
-            (0..DISTANCE_STEPS).fold(weighted, |distance, _| weighted / loss.weight(distance).sqrt())
-        };
-        shots.iter().map(of_shot).collect()
-    }
-
     /// Raises the noise to what lines through the frames next to an impact miss the balls by.
     pub(crate) fn coarsen(&mut self) {
         for noise in &mut self.noise {
@@ -187,12 +170,11 @@ impl FilmBlock {
         }
     }
 
-    /// Returns the film with all balls of unknown spin sliding, if there are any.
-    pub(crate) fn all_sliding(&self) -> Option<Self> {
-        let mut sliding = self.clone();
-        let unknown = sliding.shots.iter_mut().map(|shot| &mut shot.spin).filter(|spin| spin.is_unknown());
-        let count = unknown.map(|spin| *spin = ShotSpin::UNKNOWN_SLIDING).count();
-        (count > 0).then_some(sliding)
+    /// Makes all balls of unknown spin slide; returns whether there are any.
+    pub(crate) fn slide(&mut self) -> bool {
+        let spins = self.shots.iter_mut().map(|shot| &mut shot.spin);
+        let unknown = spins.filter(|spin| spin.is_unknown());
+        unknown.map(|spin| *spin = ShotSpin::UNKNOWN_SLIDING).count() > 0
     }
 
     /// Returns whether natural roll is stated of a shot.
@@ -203,13 +185,11 @@ impl FilmBlock {
     /// Computes what weight and cloth during the contact add to the outcome of each shot; zero if
     /// they describe no collision.
     pub(crate) fn weigh(&mut self, own: &[Own], shared: &Shared) {
-        if !self.contact.is_corrected() {
-            self.contact = self.contact.with_weight();
-        }
-        let contact = self.contact;
+        let contact = self.contact.with_weight();
+        self.contact = contact;
         self.shots.par_iter_mut().zip(own).for_each(|(shot, own)| {
             let cue = cue_before(&shot.spin, shared, &own_inputs(own), &contact.object());
-            shot.correction = contact.correct(&cue, shared).unwrap_or_else(|_| Correction::zeros());
+            shot.correction = contact.correct(&cue, shared).unwrap_or_else(Correction::zeros);
         });
     }
 

@@ -5,8 +5,7 @@ use super::priors::{RATE_SD, of_unknown_spins};
 use super::spins::ShotSpin;
 use crate::problem::descent::{Descent, descend};
 use crate::problem::findings::Finding;
-use crate::problem::minimise::{descend_coarsely, descend_with_noise};
-use crate::problem::noise::minus_two_log;
+use crate::problem::minimise::{descend_with_noise, fit};
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::sums::Noise;
@@ -188,22 +187,14 @@ pub(crate) fn spin_freely(
     let start = State { shared: Shared::starts(&free.unknowns), ..first.clone() };
     let film = free.film_mut()?;
     film.noise = noise;
-    // each state has minima of its own: to the end from all rolling, and from all sliding
-    let from = |spin: ShotSpin| {
-        let mut free = free.clone();
-        free.film_mut()?.shots.iter_mut().for_each(|shot| shot.spin = spin);
-        let coarse = descend_coarsely(&free, &start)?;
-        let refit = Refit::from(free, coarse.end.state, 0.0);
-        Some((minus_two_log(&refit.problem, &refit.descent.end), refit))
-    };
-    let refits = [ShotSpin::UNKNOWN, ShotSpin::UNKNOWN_SLIDING].into_iter().filter_map(from);
-    let (_, mut refit) = refits.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let state = &refit.descent.end.state;
+    film.shots.iter_mut().for_each(|shot| shot.spin = ShotSpin::UNKNOWN);
+    let descent = fit(&mut free, &start)?;
+    let state = &descent.end.state;
     // at the noise of the first fit
-    let mut same = refit.problem.clone();
+    let mut same = free.clone();
     same.film_mut()?.noise = problem.film()?.noise;
     let fall = at.cost - same.evaluate(state.clone()).cost;
-    let shots = &refit.problem.film()?.shots;
+    let shots = &free.film()?.shots;
     if !(fall > policy.cause + 2.0 * shots.len() as f64) {
         return None;
     }
@@ -211,6 +202,6 @@ pub(crate) fn spin_freely(
     let topspins: Vec<f64> = sliding.map(|(shot, own)| shot.spin.topspin_of(own, &state.shared)).collect();
     let sliding = topspins.len();
     let topspin = if sliding == 0 { 1.0 } else { topspins.iter().sum::<f64>() / sliding as f64 };
-    (refit.fall, refit.finding) = (fall, Some(Finding::Spins { fall, topspin, sliding }));
-    Some(refit)
+    let finding = Some(Finding::Spins { fall, topspin, sliding });
+    Some(Refit { problem: free, descent, fall, finding })
 }

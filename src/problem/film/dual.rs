@@ -2,9 +2,10 @@
 //! balls.
 
 use nalgebra::{Const, SVector, Vector2};
-use num_dual::{Derivative, DualNum, DualSVec64};
+use num_dual::{Derivative, DualSVec64};
 
 use super::own::OWN;
+use crate::physics::cloth_motion;
 use crate::problem::unknowns::{Id, PHYSICS, Shared};
 
 /// Number of inputs of a shot's motion, its own unknowns first.
@@ -41,7 +42,7 @@ pub(in crate::problem) const SMOOTH_SPEED: f64 = 1e-4;
 /// Returns the length of a velocity, smooth at 0: the direction `v / norm(v)` of a slip that ends
 /// has bounded derivatives.
 pub(in crate::problem) fn norm(v: &DualVector) -> Dual {
-    (v.x * v.x + v.y * v.y + SMOOTH_SPEED * SMOOTH_SPEED).sqrt()
+    cloth_motion::norm(v, SMOOTH_SPEED)
 }
 
 impl Shared {

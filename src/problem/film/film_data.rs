@@ -12,7 +12,7 @@ use super::impact::{Contact, Correction};
 use super::priors::list_unknowns;
 use super::reading::Reading;
 use super::spins::{ShotSpin, first_spreads};
-use crate::extraction::{FirstGuess, Rotation, Rotations, Unusable, from_paths};
+use crate::extraction::{FirstGuess, Rotation, Unusable, from_paths, rotations};
 use crate::film::frame_noise;
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
@@ -198,18 +198,11 @@ impl Guessed {
         let [of_cue, of_object] = track.resolution;
         let tracks =
             [reading.frames(track, &track.cue, of_cue), reading.frames(track, &track.object, of_object)];
-        let shown = (!track.markers.is_empty()).then(|| {
-            let noise = track.position_sd.unwrap_or_else(|| frame_noise::noise(track));
-            Rotations::of(track, guess.time, radius / unit, noise)
-        });
-        let [before, after @ ..] = shown.map_or([None; 3], |r| [r.cue_before, r.cue_after, r.object_after]);
-        let sds = |rotation: &Rotation| [0, 1, 2].map(|axis| rotation.covariance[(axis, axis)].sqrt());
-        let stated = before.map_or(track.spin, |rotation| Spin::Measured {
-            spin: rotation.spin,
-            sd: sds(&rotation).map(Some),
-        });
+        let noise = track.position_sd.unwrap_or_else(|| frame_noise::noise(track));
+        let [before, after @ ..] = rotations(track, guess.time, radius / unit, noise);
+        let measured = |Rotation { spin, sd, .. }: Rotation| Spin::Measured { spin, sd: sd.map(Some) };
         let side_spin = |(ball, rotation): (usize, Option<Rotation>)| {
-            rotation.map(|rotation| SideSpin { ball, spin: rotation.spin.z, sd: sds(&rotation)[2] })
+            rotation.map(|rotation| SideSpin { ball, spin: rotation.spin.z, sd: rotation.sd[2] })
         };
         let (sin, cos) = guess.direction.sin_cos();
         let [along, across] = guess.before.map(|speed| speed * unit);
@@ -218,7 +211,7 @@ impl Guessed {
             tracks: Arc::new(tracks),
             fps: track.fps,
             side_spins: after.into_iter().enumerate().filter_map(side_spin).collect(),
-            spin: ShotSpin::stated(stated, velocity, radius),
+            spin: ShotSpin::stated(before.map_or(track.spin, measured), velocity, radius),
             correction: Correction::zeros(),
         }
     }

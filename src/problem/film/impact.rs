@@ -135,8 +135,11 @@ impl Contact {
     }
 
     /// Returns the same model whose shots add the difference of the contact with gravity and the
-    /// cloth.
+    /// cloth, unless they add another one.
     pub(crate) fn with_weight(&self) -> Self {
+        if self.is_corrected() {
+            return *self;
+        }
         let falling_friction = self.model.effects.falling_friction;
         let effects = Effects { compliance: self.is_compliant(), falling_friction, ..Effects::ALL };
         let tolerance = Model::TOLERANCE_OF_FITS;
@@ -175,15 +178,15 @@ impl Contact {
         model
     }
 
-    /// Returns by how much the outcome of the finer model differs for a cue ball; 0 without one.
-    pub(crate) fn correct(&self, cue: &Side, shared: &Shared) -> Result<Correction, NotACollision> {
-        let Some(fine) = self.fine else { return Ok(Correction::zeros()) };
+    /// Returns by how much the outcome of the finer model differs for a cue ball; `None` without
+    /// one, or without a collision.
+    pub(crate) fn correct(&self, cue: &Side, shared: &Shared) -> Option<Correction> {
         let radius = self.radii(shared)[0].re;
         let outcome = |model: Model| {
-            self.at(model, shared).collide_with_jacobian(&cue.state(radius), &coefficients(shared))
+            self.at(model, shared).collide_with_jacobian(&cue.state(radius), &coefficients(shared)).ok()
         };
-        let ((coarse, by), (fine, finely_by)) = (outcome(self.model)?, outcome(fine)?);
-        Ok(Correction {
+        let ((coarse, by), (fine, finely_by)) = (outcome(self.model)?, outcome(self.fine?)?);
+        Some(Correction {
             values: fine.components() - coarse.components(),
             by: finely_by - by,
             about: InputValues::from(inputs(cue, shared, radius).map(|input| input.re)),

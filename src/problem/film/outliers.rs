@@ -4,6 +4,7 @@
 //! tracker that predicts each position from those before, or averages over them, takes some frames
 //! to notice an impact.
 
+use std::f64::consts::LN_2;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -26,9 +27,6 @@ const BLOCK: usize = 6;
 
 /// Frames of a ball on one side of the impact that are always kept.
 const LEAST_FRAMES: usize = 4;
-
-/// Median of χ² with 2 degrees of freedom.
-const MEDIAN_OF_TWO: f64 = 1.386;
 
 /// Largest number of frames on either side of the impact that may be off in all shots; if all are
 /// off, the cause is another one.
@@ -62,14 +60,15 @@ pub(crate) fn tail(chi2: f64, dof: f64) -> f64 {
 /// path; returns the number of frames left out.
 pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Shared, policy: &Policy) -> usize {
     let judge = |(shot, own): (&FilmedShot, &Own)| {
-        film.sights(shot, own, shared).map(|sights| outlying(&sights, own[own::TIME], policy))
+        let sights = film.sights(shot, own, shared).unwrap_or_default();
+        sights.map(|sights| outlying(&sights, own[own::TIME], policy))
     };
     let all: Vec<[Vec<usize>; 2]> = film.shots.par_iter().zip(own).map(judge).collect();
     for (shot, of_shot) in film.shots.iter_mut().zip(&all) {
-        for (ball, index) in
-            of_shot.iter().enumerate().flat_map(|(ball, i)| i.iter().map(move |i| (ball, *i)))
-        {
-            Arc::make_mut(&mut shot.tracks)[ball][index].used = false;
+        for (track, left_out) in Arc::make_mut(&mut shot.tracks).iter_mut().zip(of_shot) {
+            for index in left_out {
+                track[*index].used = false;
+            }
         }
     }
     all.iter().flatten().map(Vec::len).sum()
@@ -77,8 +76,8 @@ pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Share
 
 /// Returns the indices of the frames of one ball that are left out.
 pub(crate) fn outlying<const R: usize>(frames: &[Sight<R>], instant: f64, policy: &Policy) -> Vec<usize> {
-    // by the median, so that wrong frames do not hide each other
-    let scale = (median(frames.iter().map(Sight::square).collect()) / MEDIAN_OF_TWO).max(1.0);
+    // by the median, 2 ln 2 of two normal coordinates, so that wrong frames do not hide each other
+    let scale = (median(frames.iter().map(Sight::square).collect()) / (2.0 * LN_2)).max(1.0);
     let first_after = frames.partition_point(|frame| frame.time < instant);
     let sum = |frames: &[Sight<R>]| frames.iter().map(|frame| frame.square().min(1e6)).sum::<f64>() / scale;
     let is_off = |frames: &[Sight<R>]| tail(sum(frames), 2.0 * frames.len() as f64) < policy.frame_tail;
@@ -168,20 +167,15 @@ pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> bool {
     let shots = film.shots.iter().zip(own).take(MAX_SHOTS);
     let all: Vec<_> = shots.filter_map(|(shot, own)| residuals_along(film, shot, own, shared)).collect();
     let count = all.len() as f64;
-    // mean and its standard error of u·r
-    let [cue, object] = [0, 1].map(|ball| {
-        std::array::from_fn::<_, { AFTER + 1 }, _>(|frame| {
-            let mean = all.iter().map(|shot| shot[ball][frame]).sum::<f64>() / count;
-            let squares = all.iter().map(|shot| (shot[ball][frame] - mean).powi(2)).sum::<f64>();
-            [mean, (squares / (count - 1.0) / count).sqrt()]
-        })
-    });
-    let is_late = |ball: &[[f64; 2]], frame: usize| {
-        let [mean, error] = ball[frame];
-        (mean / error).abs() > MIN_LAG_ERRORS && ball[0][0].abs() < MAX_BEFORE * mean.abs()
+    let mean = |ball: usize, frame: usize| all.iter().map(|shot| shot[ball][frame]).sum::<f64>() / count;
+    let late = |ball: usize, frame: usize| {
+        let (early, mean) = (mean(ball, 0), mean(ball, frame));
+        let squares = all.iter().map(|shot| (shot[ball][frame] - mean).powi(2)).sum::<f64>();
+        let error = (squares / (count - 1.0) / count).sqrt();
+        (mean.abs() > MIN_LAG_ERRORS * error && early.abs() < MAX_BEFORE * mean.abs()).then_some(mean)
     };
-    let is_same_sign = |frame: usize| cue[frame][0] * object[frame][0] > 0.0;
-    (1..=AFTER).any(|frame| is_late(&cue, frame) && is_late(&object, frame) && is_same_sign(frame))
+    let both_late = |frame: usize| late(0, frame).zip(late(1, frame));
+    (1..=AFTER).filter_map(both_late).any(|(cue, object)| cue * object > 0.0)
 }
 
 /// Returns u·r of each ball in the last frame before the impact and the first ones after it, also

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::block::{FilmBlock, FilmedShot, SideSpin};
 use super::camera::Point;
 use super::impact::{Contact, Correction};
-use super::own::{self, OWN};
+use super::own;
 use super::priors::list_unknowns;
 use super::spins::{SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD, first_spreads};
 use crate::measurement::dataset::{Dataset, Tracks};
@@ -89,7 +89,7 @@ pub(crate) fn information(
     let made: Vec<(FilmedShot, Own)> = made.collect::<Result<_, _>>()?;
     // the variances of own unknowns if all others are known
     let variances = |(shot, own): &(FilmedShot, Own)| {
-        let (products, _) = film.contribute(shot, own, shared).own_system(OWN);
+        let (products, _) = film.contribute(shot, own, shared).own_system();
         Some(products.cholesky()?.inverse().diagonal())
     };
     let variances: Vec<Option<Own>> = made.par_iter().map(variances).collect();

@@ -18,8 +18,8 @@ use crate::problem::solution::Solution;
 use crate::problem::sums::Contribution;
 use crate::problem::unknowns::{Id, Own, Shared};
 
-/// Observables of an impact.
-const OBSERVED: [Observable; 4] = [
+/// Velocities of the cue ball and of the object ball after an impact.
+pub(in crate::problem) const VELOCITIES: [Observable; 4] = [
     Observable::CueVelocity(Axis::X),
     Observable::CueVelocity(Axis::Y),
     Observable::ObjectVelocity(Axis::X),
@@ -254,7 +254,7 @@ impl Solution {
                 sd: [3, 4, 5].map(|row| Some(sd(row)).filter(|sd| *sd > 0.0)),
             },
         };
-        let after = (BEFORE..).zip(OBSERVED);
+        let after = (BEFORE..).zip(VELOCITIES);
         let after = after.map(|(row, observable)| Measurement { observable, measured: measured(row) });
         let impact = Shot {
             file: track.file.clone(),

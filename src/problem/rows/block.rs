@@ -94,12 +94,10 @@ impl RowsBlock {
     /// Gives the shots whose speed is known the difference of the outcome with the balls' weight as
     /// their offset.
     pub fn weigh(&mut self, own: &[Own], shared: &Shared) {
-        if !self.contact.is_corrected() {
-            self.contact = self.contact.with_weight();
-        }
-        let heavy = self.contact;
+        let heavy = self.contact.with_weight();
+        self.contact = heavy;
         let offset = |(shot, own): (&mut RowShot, &Own)| {
-            let offset = heavy.correct(&shot.approach(own).cue, shared).ok().filter(|_| shot.knows_speed);
+            let offset = heavy.correct(&shot.approach(own).cue, shared).filter(|_| shot.knows_speed);
             shot.offset = offset.unwrap_or_else(Correction::zeros);
         };
         Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).for_each(offset);
@@ -120,25 +118,15 @@ impl RowsBlock {
         Some(residuals)
     }
 
-    /// Returns the distance of shot `i` from its prediction, the length of its residuals and of the
-    /// errors of its inputs in units of their standard deviations, and its loss.
-    pub(crate) fn distance(&self, i: usize, own: &Own, shared: &Shared) -> (f64, ShotLoss) {
-        let sums = self.add_up(i, own, self.predict(i, own, shared), 0);
-        (sums.cost.sqrt(), self.losses[self.shots[i].rows.len()])
-    }
-
     /// Returns the sums of shot `i`.
     pub(crate) fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
         let predicted = self.predict(i, own, shared);
         let squares = predicted.iter().flat_map(|found| &found.rows).map(|row| row.re * row.re);
         let squares: Vec<f64> = squares.collect();
         let mut sums = self.add_up(i, own, predicted, self.width);
-        let (loss, distance) = (&self.losses[self.shots[i].rows.len()], sums.cost.sqrt());
-        let weight = loss.weight(distance);
-        if weight != 1.0 {
-            sums.products *= weight;
-        }
-        sums.cost = loss.cost(distance);
+        let loss = self.losses[self.shots[i].rows.len()];
+        sums.weigh(loss, sums.cost.sqrt());
+        let weight = sums.weight();
         for (square, row) in squares.iter().zip(&self.shots[i].rows) {
             if let Some(noise) = row.noise {
                 sums.noises[noise].weighted += weight * weight * square / loss.consistency;

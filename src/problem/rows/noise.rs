@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::block::{Pool, RowsBlock};
 use crate::measurement::observable::Observable;
 use crate::problem::film::dual::gradient;
-use crate::problem::problem::{Evaluation, Problem, Reduced, Sample, State};
+use crate::problem::problem::{Evaluation, Problem, Reduced, Sample};
 use crate::problem::sums::NoiseSums;
 use crate::problem::uncertainty::Estimates;
 
@@ -34,7 +34,7 @@ pub(crate) struct TableNoise {
 /// Returns what is known of the noises that were estimated.
 pub(super) fn list_noises(problem: &Problem, at: &Evaluation, estimates: &Estimates) -> Vec<TableNoise> {
     let (Some(rows), Some(reduced)) = (problem.rows(), at.eliminate(problem, 0.0)) else { return Vec::new() };
-    let spent = rows.leverages(&problem.samples[0], &at.state, (&reduced, estimates), 0);
+    let spent = rows.leverages(at, (&reduced, estimates), (0, &problem.samples[0]));
     let sums = at.noises(0);
     let of_pool = |(which, pool): (usize, &Pool)| {
         let (NoiseSums { count, weighted, .. }, sd) = (sums[which], rows.noises[which].sd);
@@ -56,24 +56,23 @@ impl RowsBlock {
     /// leverages.
     pub(crate) fn leverages(
         &self,
-        sample: &Sample,
-        state: &State,
+        at: &Evaluation,
         (reduced, estimates): (&Reduced, &Estimates),
-        number: usize,
+        (number, sample): (usize, &Sample),
     ) -> Vec<f64> {
         let mut sums = vec![0.0; self.noises.len()];
         if sums.is_empty() {
             return sums;
         }
-        let shared = sample.gather(&state.shared);
-        for (i, own) in state.own[number].iter().enumerate() {
+        let shared = sample.gather(&at.state.shared);
+        for (i, own) in at.state.own[number].iter().enumerate() {
             let Some(predicted) = self.predict(i, own, &shared) else { continue };
-            let (distance, loss) = self.distance(i, own, &shared);
+            let weight = at.shots[number][i].weight();
             for (residual, row) in predicted.rows.iter().zip(&self.shots[i].rows) {
                 let Some(noise) = row.noise else { continue };
                 let by = DVector::from_column_slice(gradient(residual).as_slice());
                 let variance = estimates.variance(reduced, (number, i), &by);
-                sums[noise] += loss.weight(distance) * variance;
+                sums[noise] += weight * variance;
             }
         }
         sums

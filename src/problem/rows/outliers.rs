@@ -2,7 +2,6 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
-use super::block::RowsBlock;
 use crate::measurement::loss::Loss;
 use crate::numerics::median;
 use crate::problem::film::outliers::tail;
@@ -15,13 +14,11 @@ use crate::problem::problem::{Problem, State};
 /// p) of the shots that are no candidates, d²/(k s²) follows F(k, Σk − p).
 pub(super) fn judge_rows(problem: &Problem, state: &State, policy: &Policy) -> Vec<bool> {
     let squares = |problem: &Problem, state: &State| -> Vec<(f64, f64)> {
-        let shared = problem.samples[0].gather(&state.shared);
-        let of_rows = |rows: &RowsBlock| {
-            let square =
-                |(i, own)| (rows.distance(i, own, &shared).0.powi(2), rows.shots[i].rows.len() as f64);
-            state.own[0].iter().enumerate().map(square).collect()
-        };
-        problem.rows().map_or_else(Vec::new, of_rows)
+        let numbers =
+            problem.rows().into_iter().flat_map(|rows| rows.shots.iter()).map(|shot| shot.rows.len());
+        let at = problem.evaluate(state.clone());
+        let distances = at.shots[0].iter().map(|shot| shot.part.map_or(f64::INFINITY, |part| part.distance));
+        distances.map(|distance| distance * distance).zip(numbers.map(|numbers| numbers as f64)).collect()
     };
     let all = vec![true; state.own[0].len()];
     let is_robust = problem.rows().is_none_or(|rows| rows.loss != Loss::Squares);
