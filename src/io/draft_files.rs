@@ -159,8 +159,8 @@ fn look(file: &Path) -> Result<Seen, Problem> {
     match survey(file) {
         Err(problems) if names[0].starts_with(['{', '[']) => {
             let why = problems.first().map_or(String::new(), |first| first.to_string());
-            let what = "expected a table of tracks or measurements, or an array of shots";
-            Err(refused(file, format!("is JSON; {what}\n  {why}")))
+            let what = "expected a table of tracks or measurements, or an array of shots in JSON";
+            Err(refused(file, format!("cannot be read; {what}\n  {why}")))
         }
         survey => Ok(Seen { survey: survey.ok(), ..seen }),
     }

@@ -160,7 +160,11 @@ impl File<'_> {
         };
         let number = |key: &str, at: Option<&RawValue>| match parse(&at.map_or(String::new(), cell)) {
             Ok(number) => Some(number.unwrap_or(f64::NAN)),
-            Err(why) => self.refuse(raw, format!("column {key}: {} {why}", at.map_or("", RawValue::get))),
+            Err(why) => {
+                let written = shortened(at.map_or("", RawValue::get));
+                self.input.wrong(line, key, format!("{written} {why}; expected a finite number or null"));
+                None
+            }
         };
         let place = [number("x", x)?, number("y", y)?];
         self.input.note_half(place, line);
