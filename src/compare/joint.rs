@@ -10,7 +10,7 @@ use super::result::Difference;
 use super::samples::{Alone, Samples};
 use crate::measurement::loss::Loss;
 use crate::problem::{
-    self, Descent, Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, State, comply, descend_until,
+    self, Descent, Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, State, comply, descend,
     descend_weighed, descend_with_noise, robust_covariance,
 };
 
@@ -138,7 +138,7 @@ fn best_start(problem: &Problem, start: State, fitted: &[Alone]) -> State {
 
 /// Returns the minimum at the present noise to rounding: tables are as smooth as their arithmetic.
 pub(super) fn settle(problem: &Problem, state: State) -> Evaluation {
-    descend_until(problem, problem.evaluate(state), &problem.free(), STEPS, SAMPLES_STALL).end
+    descend(problem, problem.evaluate(state), &problem.free(), (STEPS, SAMPLES_STALL)).end
 }
 
 /// Returns the covariance with all of some columns, even at a bound.

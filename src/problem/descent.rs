@@ -10,6 +10,9 @@ pub(super) const STALL: f64 = 0.01;
 /// Part by which diagonals are raised in the first step: first guesses are near.
 const FIRST_DAMPING: f64 = 1e-6;
 
+/// Evaluations of a descent at most, typical are 6.
+pub(super) const MAX_STEPS: usize = 50;
+
 /// A descent that has ended.
 pub(crate) type Descent = least_squares::Descent<Evaluation>;
 
@@ -19,18 +22,21 @@ struct Moving<'a> {
     free: &'a [usize],
 }
 
-/// Descends from `at` in the unknowns `free` until a step promises or gains less than [`STALL`].
-pub(crate) fn descend(problem: &Problem, at: Evaluation, free: &[usize], steps: usize) -> Descent {
-    descend_until(problem, at, free, steps, STALL)
+impl Problem {
+    /// Descends from a state over everything free until a step promises or gains less than
+    /// [`STALL`].
+    pub(crate) fn descend(&self, from: State) -> Descent {
+        descend(self, self.evaluate(from), &self.free(), (MAX_STEPS, STALL))
+    }
 }
 
-/// Descends from `at` in the unknowns `free` until a step promises or gains less than `stall`.
-pub(crate) fn descend_until(
+/// Descends from `at` in the unknowns `free`: some steps at most, and until one promises or gains
+/// less than `stall`.
+pub(crate) fn descend(
     problem: &Problem,
     at: Evaluation,
     free: &[usize],
-    steps: usize,
-    stall: f64,
+    (steps, stall): (usize, f64),
 ) -> Descent {
     let how = Descending { damping: FIRST_DAMPING, steps, stall };
     least_squares::descend(&Moving { problem, free }, at, how)

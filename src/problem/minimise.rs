@@ -1,23 +1,30 @@
-//! The minimum of χ²: a grid in μ from coarse corrections of the camera, then Levenberg and
-//! Marquardt's descent within bounds.
+//! The minimum of χ²: a grid in μ, and in κ if it is free, from coarse corrections of the camera,
+//! then Levenberg and Marquardt's descent within bounds.
+
+use std::ops::Range;
 
 use super::block::Block;
 use super::descent::{Descent, STALL, descend};
 use super::film::block::FilmBlock;
 use super::noise::{self, minus_two_log};
-use super::problem::{Problem, State};
-use super::rows::block::RowsBlock;
-use super::unknowns::Id;
+use super::problem::{Evaluation, Problem, State};
+use super::unknowns::{Id, Mode};
 
-/// Values of μ that descents of films start from: published ones (0.03 to 0.08), waxed and chalked
-/// balls.
-const FILM_GRID: [f64; 4] = [0.02, 0.06, 0.12, 0.25];
+/// Values of μ that descents start from, of waxed balls to rubber: a contact that sticks does not
+/// depend on μ, so that thick shots of slippery bodies have minima between small values. In films
+/// of balls those near published ones (0.03 to 0.08) are enough.
+const MUS: [f64; 11] = [0.002, 0.005, 0.01, 0.02, 0.06, 0.12, 0.25, 0.4, 0.7, 1.2, 2.0];
+const OF_FILMS: Range<usize> = 3..7;
+
+/// Values of κ that descents start from: stiff contacts to soft ones.
+const KAPPAS: [f64; 5] = [0.2, 0.5, 1.25, 2.5, 5.0];
+
+/// Logarithm of the ratio of μ or κ at two ends of descents from which on they are different
+/// minima.
+const APART: f64 = 0.3;
 
 /// Unknowns of the first descents: places and scale before all others.
 const COARSE: [Id; 7] = [Id::Mu, Id::E, Id::Scale, Id::Aspect, Id::Shear, Id::PerspectiveX, Id::PerspectiveY];
-
-/// Evaluations of a descent, typical are 6.
-const MAX_STEPS: usize = 40;
 
 /// Steps of the first descents, of films and of tables, and of the two best ones over everything
 /// free.
@@ -26,9 +33,6 @@ const SECOND_STEPS: usize = 12;
 
 /// Number of shots of a table that suffices to find the minima of χ².
 pub(super) const ENOUGH_SHOTS: usize = 250;
-
-/// Relative difference within which two descents end at the same μ.
-pub(super) const SAME_MU: f64 = 0.3;
 
 /// Rounds after which the states of spins stay as they are.
 const MAX_STATE_ROUNDS: usize = 5;
@@ -42,7 +46,7 @@ const MAX_ROUNDS: usize = 10;
 pub(crate) fn fit(problem: &mut Problem, start: &State) -> Option<Descent> {
     let end = |problem: &mut Problem| {
         let coarse = descend_coarsely(problem, start)?;
-        Some(descend_with_noise(problem, coarse.end.state))
+        Some(descend_with_noise(problem, coarse.state))
     };
     let mut sliding = problem.clone();
     let is_open = sliding.film_mut().is_some_and(FilmBlock::slide);
@@ -57,52 +61,85 @@ pub(crate) fn fit(problem: &mut Problem, start: &State) -> Option<Descent> {
     Some(other)
 }
 
-/// Descends a few steps over places, scale, μ and e from each μ of a grid, with a noise as large as
-/// the first guesses are wrong, of large tables with some of the shots. From the best two, if they
-/// are at different μ, goes on over everything free; returns the lower one.
-fn descend_coarsely(problem: &Problem, start: &State) -> Option<Descent> {
-    let Thinned { problem: mut coarser, state: coarse_start, .. } = thin(problem, start);
+/// Descends a few steps from a grid, of films over places, scale, μ and e with a noise as large as
+/// the first guesses are wrong, of large tables with some of the shots. From the best two goes on
+/// over everything free; returns the lower one.
+fn descend_coarsely(problem: &Problem, start: &State) -> Option<Evaluation> {
+    let Thinned { problem: mut coarser, state, .. } = thin(problem, start);
     for sample in &mut coarser.samples {
         if let Block::Film(film) = &mut sample.block {
             film.coarsen();
         }
     }
-    let free = problem.free();
-    let is_table = problem.rows().is_some();
-    let is_coarse = |column: &usize| is_table || COARSE.contains(&problem.unknowns[*column].id);
-    let coarse_columns: Vec<usize> = free.iter().copied().filter(is_coarse).collect();
-    let of_mu: Vec<usize> =
-        free.iter().copied().filter(|column| problem.unknowns[*column].id == Id::Mu).collect();
-    let from = |mu: &f64| {
-        let mut state = coarse_start.clone();
-        for column in &of_mu {
-            let [low, high] = problem.unknowns[*column].bounds;
-            state.shared.0[*column] = mu.clamp(low, high);
+    let is_film = problem.film().is_some();
+    let mut free = problem.free();
+    free.retain(|column| !is_film || COARSE.contains(&problem.unknowns[*column].id));
+    let coarse = descend_from_grid(&coarser, &state, &free, COARSE_STEPS[usize::from(!is_film)]);
+    let is_whole = state.own.iter().map(Vec::len).eq(start.own.iter().map(Vec::len));
+    let go_on = |coarse: Evaluation| {
+        let own = if is_whole { coarse.state.own } else { start.own.clone() };
+        let state = State { own, shared: coarse.state.shared };
+        descend(problem, problem.evaluate(state), &problem.free(), (SECOND_STEPS, STALL)).end
+    };
+    let mut ends = coarse.into_iter().take(2).map(go_on);
+    let first = ends.next()?;
+    Some(ends.next().filter(|second| second.cost < first.cost - STALL).unwrap_or(first))
+}
+
+/// Descends some steps over the unknowns `free` from a grid in μ and κ; returns the different
+/// minima, the lowest first, and of those that fit equally well that of the smallest μ.
+pub(super) fn descend_from_grid(
+    problem: &Problem,
+    start: &State,
+    free: &[usize],
+    steps: usize,
+) -> Vec<Evaluation> {
+    let descend_from = |state: State| descend(problem, problem.evaluate(state), free, (steps, STALL)).end;
+    let mut ends: Vec<Evaluation> = grid(problem, start).into_iter().flatten().map(descend_from).collect();
+    ends.retain(|end| end.cost.is_finite());
+    let rank = |end: &Evaluation| (end.cost / STALL).round();
+    ends.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
+    different(problem, ends, |end| &end.state)
+}
+
+/// Returns states with values of μ and κ that descents start from if they are free: a list of each
+/// κ.
+pub(super) fn grid(problem: &Problem, start: &State) -> Vec<Vec<State>> {
+    let mus = if problem.film().is_some() { &MUS[OF_FILMS] } else { &MUS };
+    let with = |state: &State, id: Id, values: &[f64]| -> Vec<State> {
+        let columns = free_columns(problem, id);
+        let Some(first) = columns.first() else { return vec![state.clone()] };
+        let [low, high] = problem.unknowns[*first].bounds;
+        let mut within: Vec<f64> = values.iter().map(|value| value.clamp(low, high)).collect();
+        within.dedup();
+        let at = |value: f64| {
+            let mut state = state.clone();
+            columns.iter().for_each(|column| state.shared.0[*column] = value);
+            state
+        };
+        within.into_iter().map(at).collect()
+    };
+    with(start, Id::Kappa, &KAPPAS).iter().map(|state| with(state, Id::Mu, mus)).collect()
+}
+
+fn free_columns(problem: &Problem, id: Id) -> Vec<usize> {
+    let is_free = |column: &usize| problem.unknowns[*column].mode == Mode::Free;
+    problem.columns_of(id).into_iter().filter(is_free).collect()
+}
+
+/// Returns the ends of descents without those that are at the minimum of one before.
+pub(super) fn different<T>(problem: &Problem, ends: Vec<T>, state: impl Fn(&T) -> &State) -> Vec<T> {
+    let columns = [Id::Mu, Id::Kappa].map(|id| free_columns(problem, id)).concat();
+    let are_apart = |a: &State, b: &State| {
+        columns.iter().any(|column| (a.shared.0[*column] / b.shared.0[*column]).ln().abs() > APART)
+    };
+    let mut all: Vec<T> = Vec::new();
+    for end in ends {
+        if all.iter().all(|other| are_apart(state(&end), state(other))) {
+            all.push(end);
         }
-        descend(&coarser, coarser.evaluate(state), &coarse_columns, COARSE_STEPS[usize::from(is_table)])
-    };
-    let grid = if is_table { &RowsBlock::GRID[..] } else { &FILM_GRID };
-    let mut coarse: Vec<Descent> = grid.iter().map(from).collect();
-    coarse.retain(|descent| descent.end.cost.is_finite());
-    let mu = |descent: &Descent, column: usize| descent.end.state.shared.0[column];
-    // of values that fit equally well the smallest
-    let rank = |descent: &Descent| (descent.end.cost / STALL).round();
-    coarse.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
-    let mut ranked = coarse.into_iter();
-    let best = ranked.next()?;
-    let is_other = |other: &Descent| {
-        of_mu.iter().any(|column| (mu(other, *column) / mu(&best, *column) - 1.0).abs() > SAME_MU)
-    };
-    let second = ranked.find(is_other);
-    let is_whole = coarse_start.own.iter().map(Vec::len).eq(start.own.iter().map(Vec::len));
-    let go_on = |coarse: Descent| {
-        let own = if is_whole { coarse.end.state.own } else { start.own.clone() };
-        let state = State { own, shared: coarse.end.state.shared };
-        descend(problem, problem.evaluate(state), &free, SECOND_STEPS)
-    };
-    let Some(second) = second else { return Some(if is_whole { best } else { go_on(best) }) };
-    let [first, second] = [best, second].map(go_on);
-    Some(if second.end.cost < first.end.cost - STALL { second } else { first })
+    }
+    all
 }
 
 /// A problem with some of its shots.
@@ -138,11 +175,10 @@ pub(crate) fn descend_weighed(problem: &mut Problem, state: State) -> Descent {
 /// Minimises over everything free, and again with the noise and the spreads that the residuals show
 /// and the states of unknown spins, until these stay.
 pub(crate) fn descend_with_noise(problem: &mut Problem, mut state: State) -> Descent {
-    let free = problem.free();
     let mut round = 0;
     loop {
         let changed = round < MAX_STATE_ROUNDS && problem.choose_states(&mut state);
-        let descent = descend(problem, problem.evaluate(state), &free, MAX_STEPS);
+        let descent = problem.descend(state);
         round += 1;
         // noise and spreads of wrong states are meaningless
         let settled = !changed && noise::update(problem, &descent.end);

@@ -24,6 +24,7 @@ mod block;
 mod descent;
 mod discs;
 mod effects;
+mod false_shots;
 mod film;
 mod findings;
 mod frames;
@@ -79,7 +80,7 @@ pub use unknowns::Id;
 pub(crate) use unknowns::Normal;
 pub(crate) use {
     block::Block,
-    descent::{Descent, descend_until},
+    descent::{Descent, descend},
     effects::comply,
     film::own,
     minimise::{descend_weighed, descend_with_noise},

@@ -43,6 +43,14 @@ pub(crate) struct Policy {
     pub(crate) undetermined_mu_s: f64,
 }
 
+impl Policy {
+    /// Returns which shots are kept: all if too many were to be left out.
+    pub(crate) fn keep_most(&self, keep: Vec<bool>) -> Vec<bool> {
+        let lost = keep.iter().filter(|keep| !**keep).count();
+        if lost as f64 > self.max_lost * keep.len() as f64 { vec![true; keep.len()] } else { keep }
+    }
+}
+
 impl Default for Policy {
     fn default() -> Self {
         Self {

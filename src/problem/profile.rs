@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use nalgebra::{DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
-use super::descent::descend;
+use super::descent::{STALL, descend};
 use super::problem::{Evaluation, Problem};
 use super::solution::Solution;
 use super::unknowns::Id;
@@ -188,6 +188,6 @@ fn least_at(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Opti
         problem.evaluate(state)
     });
     let steps = MAX_STEPS[usize::from(problem.rows().is_none())];
-    let end = descend(problem, start, &others, steps).end;
+    let end = descend(problem, start, &others, (steps, STALL)).end;
     end.cost.is_finite().then_some(end)
 }

@@ -3,9 +3,10 @@
 use super::block::Block;
 use super::descent::Descent;
 use super::effects::choose_effects;
+use super::false_shots::{Squares, judge};
 use super::film::causes::{self, Refit};
 use super::film::film_data::{Film, FilmError, Modelling};
-use super::film::outliers::{self, judge_shots, leave_out_frames, tail};
+use super::film::outliers::{self, leave_out_frames, squares};
 use super::findings::{Finding, Severity};
 use super::intervals::errors_as_free;
 use super::loss::ShotLoss;
@@ -14,7 +15,7 @@ use super::policy::Policy;
 use super::problem::{Problem, State, split_names};
 use super::robust::robust_covariance;
 use super::solution::Solution;
-use super::sums::{Noise, Part};
+use super::sums::Noise;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode, Shared};
 use crate::measurement::dataset::{Dataset, Tracks};
@@ -113,11 +114,10 @@ fn judge_outcomes(problem: &Problem, start: &State, policy: &Policy) -> Option<(
     let numbers = Id::OFFSETS.len();
     (film.loss, film.states_noise) = (Some(ShotLoss::new(Loss::Cauchy, numbers)), true);
     let end = fit(&mut robust, start)?.end;
-    let is_alike = |part: Part| tail(part.distance * part.distance, numbers as f64) > policy.shot_tail;
-    let keep: Vec<bool> = end.shots[0].iter().map(|shot| shot.part.is_some_and(is_alike)).collect();
-    let lost = keep.iter().filter(|keep| !**keep).count();
-    let is_few = lost > 0 && lost as f64 <= policy.max_lost * keep.len() as f64;
-    is_few.then_some((keep, end.state))
+    let distances = end.shots[0].iter().map(|shot| shot.part.map_or(f64::INFINITY, |part| part.distance));
+    let squares = distances.map(|distance| Squares { sum: distance * distance, count: numbers as f64 });
+    let keep = judge(&squares.collect::<Vec<_>>(), (0.0, 1.0), policy);
+    keep.contains(&false).then_some((keep, end.state))
 }
 
 /// A fit on its way: the problem and the end of its last descent.
@@ -145,7 +145,7 @@ impl<'a> Run<'a> {
             let keep = if round == 0 || run.problem.is_robust() {
                 vec![true; run.names.len()]
             } else {
-                judge_shots(&run.descent.end.shots[0], policy)
+                judge(&squares(&run.descent.end.shots[0]), (0.0, f64::MIN_POSITIVE), policy)
             };
             let film = run.problem.film_mut();
             let frames = film.map_or(0, |film| leave_out_frames(film, &state.own[0], &state.shared, policy));

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use statrs::distribution::ContinuousCDF;
 
 use super::block::Block;
-use super::descent::{Descent, descend};
+use super::descent::Descent;
 use super::findings::{Finding, Severity, worst};
 use super::noise::{count_shared, minus_two_log};
 use super::problem::{Evaluation, Problem, Sample, State};
@@ -15,9 +15,6 @@ use super::rows::shot::RowShot;
 use super::sums::{Contribution, Noise};
 use super::uncertainty::{Estimates, Share};
 use super::unknowns::{Id, Mode, Normal};
-
-/// Evaluations of a descent with shots that are drawn again, typical are 4.
-const MAX_STEPS: usize = 40;
 
 /// The estimate of a shared unknown.
 #[derive(Clone, Copy, Debug)]
@@ -352,7 +349,7 @@ impl Solution {
         problem.samples[0].block.take(&drawn);
         let own = vec![drawn.iter().map(|i| own[*i].clone()).collect()];
         let state = State { own, shared: self.state().shared.clone() };
-        let descent = descend(&problem, problem.evaluate(state), &problem.free(), MAX_STEPS);
+        let descent = problem.descend(state);
         let estimates = Estimates::new(&problem, &descent.end)?;
         let determined = ids.iter().all(|id| estimates.position(*id as usize).is_some());
         let values = ids.iter().map(|id| descent.end.state.shared[*id]).collect();

@@ -1,43 +1,29 @@
 //! The fit of films of discs: the law of friction that all shots share, rigid or compliant, from
 //! several starts, after the outcome of each shot was measured without a law.
 
-use super::block::DiscBlock;
 use super::impact::DiscImpact;
 use super::measure::{MeasuredDiscs, ROUNDS, measure, settle, solve};
 use super::motion::Friction;
-use super::own::{self, Component, LAW};
+use super::own::{Component, LAW};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::{Compliance, Settings};
-use crate::problem::descent::descend;
+use crate::numerics::SIGNIFICANT;
+use crate::problem::false_shots::tail;
 use crate::problem::film::causes::explain;
 use crate::problem::film::film_data::FilmError;
-use crate::problem::film::outliers::tail;
 use crate::problem::film::priors::list_contact;
 use crate::problem::findings::Finding;
+use crate::problem::minimise::{different, grid};
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State, split_names};
 use crate::problem::solution::Solution;
-use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
-
-/// Values of μ and κ from which descents begin. A stiffer contact is as good as rigid.
-const DISC_MUS: [f64; 12] = [0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.22, 0.33, 0.5, 0.75, 1.1, 2.0];
-const DISC_KAPPAS: [f64; 8] = [0.15, 0.3, 0.6, 1.25, 2.0, 3.0, 4.5, 9.0];
+use crate::problem::unknowns::{Id, Mode, Own, Unknown};
 
 /// Smallest κ of a compliant contact.
 const LEAST_KAPPA: f64 = 0.1;
 
-/// Descents and their steps, ln of the ratio of μ or κ between minima, and square beyond which the
-/// residual of an outlying shot counts no more.
+/// Values of μ and κ from which descents begin: the likeliest ones.
 const STARTS: usize = 4;
-const STEPS: usize = 40;
-const APART: f64 = 0.2;
-const MAX_SQUARE: f64 = 25.0;
-
-/// Standard deviation of J_t/J_n from shot to shot with which starts are compared.
-const RATIO_SD: f64 = 0.02;
-
-/// χ² by which a start is less likely than the best at most.
-const LESS_LIKELY: f64 = 60.0;
 
 /// Shots that determine a compliance at least, twice its three unknowns: in 37 films each of 3, 5,
 /// 10 and 17 of 20 shots of rigid pucks that scatter it was let in in 4, 2, 1 and 0.
@@ -167,26 +153,33 @@ impl Shots<'_> {
     }
 
     /// Descends from the most promising values of μ and κ, first with the spreads before the frames
-    /// are seen, then with spreads of their own; returns each minimum once, the likeliest first.
+    /// are seen, then with spreads of their own; returns the minima, the likeliest first.
     fn fit_law(&self, is_compliant: bool) -> Result<Vec<Solution>, FilmError> {
         let problem = self.with_law(is_compliant)?;
-        let free = problem.free();
-        let descend_from = |state| descend(&problem, problem.evaluate(state), &free, STEPS).end;
-        let mut ends: Vec<Evaluation> = self.starts(&problem)?.into_iter().map(descend_from).collect();
+        let ends = self.starts(&problem).into_iter().map(|start| problem.descend(start).end);
+        let mut ends: Vec<Evaluation> = ends.filter(|end| end.cost.is_finite()).collect();
         ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let least = ends.first().filter(|end| end.cost.is_finite()).ok_or(FilmError::NoStart)?.cost;
-        let mut fits: Vec<Solution> = Vec::new();
-        for end in ends.into_iter().filter(|end| end.cost <= least + LESS_LIKELY) {
-            let is_new = |at: &Shared| fits.iter().all(|fit| are_apart(at, &fit.at.state.shared));
-            if is_new(&end.state.shared) {
-                let fit = settle(problem.clone(), end.state)?;
-                if is_new(&fit.at.state.shared) {
-                    fits.push(fit);
-                }
-            }
-        }
+        let ends = different(&problem, ends, |end| &end.state).into_iter();
+        let mut fits: Vec<Solution> =
+            ends.map(|end| settle(problem.clone(), end.state)).collect::<Result<_, _>>()?;
         fits.sort_by(|a, b| unlikely(a).total_cmp(&unlikely(b)));
-        Ok(fits)
+        let fits = different(&problem, fits, Solution::state);
+        if fits.is_empty() { Err(FilmError::NoStart) } else { Ok(fits) }
+    }
+
+    /// Returns the states of a grid by which the measured J_t/J_n are likely, of each κ the likeliest
+    /// one.
+    fn starts(&self, problem: &Problem) -> Vec<State> {
+        let mut first = self.free.at.state.clone();
+        for id in LAW {
+            first.shared[id] = problem.unknown(id).start;
+        }
+        let with_misfit = |state: State| (misfit(problem, &state), state);
+        let best =
+            |of_kappa: Vec<State>| of_kappa.into_iter().map(with_misfit).min_by(|a, b| a.0.total_cmp(&b.0));
+        let mut starts: Vec<(f64, State)> = grid(problem, &first).into_iter().filter_map(best).collect();
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        starts.into_iter().take(STARTS).map(|(_, state)| state).collect()
     }
 
     /// Returns the problem of all shots with a law in common.
@@ -207,52 +200,15 @@ impl Shots<'_> {
         }
         Ok(problem)
     }
-
-    /// Returns states at values of μ and κ by which the measured J_t/J_n are likely, the likeliest
-    /// first.
-    fn starts(&self, problem: &Problem) -> Result<Vec<State>, FilmError> {
-        let block = problem.discs().ok_or(FilmError::NoFilm)?;
-        let mut first = self.free.at.state.clone();
-        for id in LAW {
-            first.shared[id] = problem.unknown(id).start;
-        }
-        let e = problem.unknown(Id::E);
-        if e.mode == Mode::Free {
-            let own = &first.own[0];
-            let mean = own.iter().map(|own| own[own::RESTITUTION]).sum::<f64>() / own.len() as f64;
-            first.shared[Id::E] = mean.clamp(e.bounds[0] + 1e-3, e.bounds[1] - 1e-3);
-        }
-        let grid = |id: Id, values: &[f64]| -> Vec<f64> {
-            let Unknown { mode, start, bounds: [low, high], .. } = *problem.unknown(id);
-            let within = values.iter().map(|value| value.clamp(low, high));
-            if mode == Mode::Free { within.collect() } else { vec![start] }
-        };
-        // of each κ the likeliest μ
-        let mut starts: Vec<(f64, State)> = Vec::new();
-        for kappa in grid(Id::Kappa, &DISC_KAPPAS) {
-            let at = |mu: f64| {
-                let mut state = first.clone();
-                (state.shared[Id::Mu], state.shared[Id::Kappa]) = (mu, kappa);
-                (misfit(block, &state), state)
-            };
-            let all = grid(Id::Mu, &DISC_MUS).into_iter().map(at);
-            starts.extend(all.min_by(|a, b| a.0.total_cmp(&b.0)));
-        }
-        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Ok(starts.into_iter().take(STARTS).map(|(_, state)| state).collect())
-    }
 }
 
-/// Returns how far J_t/J_n of the shots are off the law, in squares of their scatter.
-fn misfit(block: &DiscBlock, state: &State) -> f64 {
+/// Returns how far J_t/J_n of the shots are off the law, in squares of their scatter; outlying shots
+/// count no more than significant ones.
+fn misfit(problem: &Problem, state: &State) -> f64 {
+    let Some(block) = problem.discs() else { return f64::NAN };
     let of_shot = |(i, own): (usize, &Own)| block.deviations(i, own, &state.shared);
     let all = state.own[0].iter().enumerate().flat_map(of_shot).filter(|number| number.spread == 1);
-    all.map(|number| (number.value / RATIO_SD).powi(2).min(MAX_SQUARE)).sum()
-}
-
-/// Returns whether the logarithms of μ or κ differ by as much as those of different minima.
-fn are_apart(a: &Shared, b: &Shared) -> bool {
-    [Id::Mu, Id::Kappa].iter().any(|id| (a[*id] / b[*id]).ln().abs() > APART)
+    all.map(|number| (number.value / block.spreads[1].sd).powi(2).min(SIGNIFICANT * SIGNIFICANT)).sum()
 }
 
 /// Returns −2 log L up to a constant, with the own unknowns integrated.
@@ -277,10 +233,7 @@ fn judge_shots(fit: &Solution, policy: &Policy) -> Result<Vec<bool>, FilmError> 
         let largest = squares.iter().copied().fold(0.0, f64::max);
         squares.len() as f64 * tail(largest, 1.0) > policy.shot_tail
     };
-    let keep: Vec<bool> = (0..block.shots.len()).map(is_likely).collect();
-    let lost = keep.iter().filter(|keep| !**keep).count();
-    let too_many = lost as f64 > policy.max_lost * keep.len() as f64;
-    Ok(if too_many { vec![true; keep.len()] } else { keep })
+    Ok(policy.keep_most((0..block.shots.len()).map(is_likely).collect()))
 }
 
 impl DiscFit {

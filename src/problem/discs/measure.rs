@@ -9,11 +9,12 @@ use super::motion::{INPUTS, locate};
 use super::own::{self, LAW, LEAST_SHOTS};
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::problem::block::Block;
-use crate::problem::descent::{Descent, descend};
+use crate::problem::descent::{Descent, STALL, descend};
+use crate::problem::false_shots::tail;
 use crate::problem::film::camera::{Camera, Point};
 use crate::problem::film::dual::gradient;
 use crate::problem::film::film_data::{Film, FilmError};
-use crate::problem::film::outliers::{outlying, tail};
+use crate::problem::film::outliers::outlying;
 use crate::problem::frames::{Frame, PicturePaths, Sight};
 use crate::problem::minimise::descend_with_noise;
 use crate::problem::policy::Policy;
@@ -110,7 +111,7 @@ pub(super) fn measure(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDisc
         if i > 0 {
             block.drop_frames(&state, policy);
         }
-        state = descend(&problem, problem.evaluate(state), &free, STEPS).end.state;
+        state = descend(&problem, problem.evaluate(state), &free, (STEPS, STALL)).end.state;
     }
     state = descend_with_noise(&mut problem, state).end.state;
     for _ in 0..MAX_TOUCHING {
@@ -119,7 +120,7 @@ pub(super) fn measure(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDisc
             break;
         }
         block.choose_frames(&state);
-        state = descend(&problem, problem.evaluate(state), &free, STEPS).end.state;
+        state = descend(&problem, problem.evaluate(state), &free, (STEPS, STALL)).end.state;
     }
     let mut solution = settle(problem, state)?;
     while let Some(block) = solution.problem.discs_mut()

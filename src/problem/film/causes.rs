@@ -3,7 +3,7 @@
 
 use super::priors::{RATE_SD, of_unknown_spins};
 use super::spins::ShotSpin;
-use crate::problem::descent::{Descent, descend};
+use crate::problem::descent::Descent;
 use crate::problem::findings::Finding;
 use crate::problem::minimise::{descend_with_noise, fit};
 use crate::problem::policy::Policy;
@@ -22,9 +22,6 @@ const PROMISED: f64 = 0.8;
 
 /// Frame rates over the stated one at which descents start.
 const FRAME_RATES: [f64; 5] = [0.8, 0.9, 1.0, 1.1, 1.25];
-
-/// Steps of a refit with a freed unknown.
-const FREED_STEPS: usize = 40;
 
 /// Suspects of one round that are refitted: the largest by their score.
 const MAX_SUSPECTS: usize = 3;
@@ -128,7 +125,6 @@ fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy)
 
 /// Returns the best of the descents that start with unknown `id` at each of some values.
 fn descend_from(problem: &Problem, state: &State, id: Id, values: &[f64]) -> Option<Descent> {
-    let free = problem.free();
     let [low, high] = problem.unknown(id).bounds;
     let descend_at = |value: &f64| {
         let mut start = state.clone();
@@ -140,7 +136,7 @@ fn descend_from(problem: &Problem, state: &State, id: Id, values: &[f64]) -> Opt
             start.shared[Id::MuK] = sliding.clamp(least, most);
         }
         start.shared[id] = value;
-        descend(problem, problem.evaluate(start), &free, FREED_STEPS)
+        problem.descend(start)
     };
     let all = values.iter().map(descend_at).filter(|descent| descent.end.cost.is_finite());
     all.min_by(|a, b| a.end.cost.total_cmp(&b.end.cost))

@@ -1,4 +1,4 @@
-//! Frames and shots that fit no collision, by the tail probability of their whitened residuals, and
+//! Frames that fit no collision, by the tail probability of their whitened residuals, and
 //! frames next to the impacts that are off in all shots: balls that touch hide each other, or seem
 //! one to a tracker; an exposure that lasts over the impact shows a ball between its paths; and a
 //! tracker that predicts each position from those before, or averages over them, takes some frames
@@ -8,7 +8,6 @@ use std::f64::consts::LN_2;
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::{FilmBlock, FilmedShot};
 use super::camera::Point;
@@ -16,6 +15,7 @@ use super::own::{self, OWN};
 use super::shots::FittedFrame;
 use crate::measurement::track::TrackedBall;
 use crate::numerics::{SIGNIFICANT, median};
+use crate::problem::false_shots::{Squares, tail};
 use crate::problem::frames::Sight;
 use crate::problem::policy::Policy;
 use crate::problem::sums::Contribution;
@@ -50,11 +50,6 @@ const MIN_LAG_ERRORS: f64 = 4.0;
 /// Part of a lag by which a ball is off before the impact at most: an exposure that lasts blurs
 /// both sides similarly, and a wrong model shows on both.
 const MAX_BEFORE: f64 = 0.4;
-
-/// Returns the probability that χ² of `dof` degrees of freedom exceeds `chi2`.
-pub(crate) fn tail(chi2: f64, dof: f64) -> f64 {
-    ChiSquared::new(dof).map_or(1.0, |distribution| distribution.sf(chi2))
-}
 
 /// Leaves out frames that stand out alone, and the ends of tracks at which the ball has left its
 /// path; returns the number of frames left out.
@@ -92,20 +87,14 @@ pub(crate) fn outlying<const R: usize>(frames: &[Sight<R>], instant: f64, policy
     (0..frames.len()).filter(is_left_out).map(|i| frames[i].index).collect()
 }
 
-/// Returns whether each shot is kept: its residuals are not larger than chance makes them in units
-/// of what is typical of the shots.
-pub(crate) fn judge_shots(shots: &[Contribution], policy: &Policy) -> Vec<bool> {
-    let sum_and_dof = |shot: &Contribution| {
+/// Returns the squares of the residuals of the frames of each shot.
+pub(crate) fn squares(shots: &[Contribution]) -> Vec<Squares> {
+    let of_shot = |shot: &Contribution| {
         let count: f64 = shot.noises.iter().map(|noise| noise.count).sum();
-        let square: f64 = shot.noises.iter().map(|noise| noise.weighted).sum();
-        (square, (count - OWN as f64).max(1.0))
+        let sum = shot.noises.iter().map(|noise| noise.weighted).sum();
+        Squares { sum, count: (count - OWN as f64).max(1.0) }
     };
-    let all: Vec<(f64, f64)> = shots.iter().map(sum_and_dof).collect();
-    let typical = median(all.iter().map(|(square, dof)| square / dof).collect()).max(f64::MIN_POSITIVE);
-    let is_kept = |(square, dof): &(f64, f64)| tail(square / typical, *dof) > policy.shot_tail;
-    let keep: Vec<bool> = all.iter().map(is_kept).collect();
-    let lost = keep.iter().filter(|keep| !**keep).count();
-    if lost as f64 > policy.max_lost * keep.len() as f64 { vec![true; keep.len()] } else { keep }
+    shots.iter().map(of_shot).collect()
 }
 
 /// Returns how many frames before and after the impacts are off, the first of which is less than

@@ -54,10 +54,6 @@ pub(crate) struct RowsBlock {
 }
 
 impl RowsBlock {
-    /// Values of μ that descents start from: a contact that sticks does not depend on μ, so that
-    /// thick shots of slippery balls have minima between small values.
-    pub(crate) const GRID: [f64; 9] = [0.002, 0.005, 0.01, 0.02, 0.04, 0.08, 0.15, 0.25, 0.4];
-
     /// Returns a block of shots by least squares, without noises.
     pub fn new(shots: Vec<RowShot>, contact: &Contact, unknowns: &[Unknown]) -> Self {
         let block = Self {

@@ -2,20 +2,19 @@
 
 use nalgebra::DVector;
 
-use super::block::RowsBlock;
 use super::choices::{RowsChoices, RowsError};
 use super::noise::{TableNoise, list_noises};
 use super::outliers::{judge_rows, refutes};
 use super::table::Table;
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
-use crate::problem::descent::{Descent, descend, descend_until};
+use crate::problem::descent::{Descent, MAX_STEPS, STALL, descend};
 use crate::problem::effects::choose_effects;
+use crate::problem::false_shots::tail;
 use crate::problem::film::causes::{self, Refit};
-use crate::problem::film::outliers::tail;
 use crate::problem::findings::Finding;
 use crate::problem::intervals::{Known, ParameterEstimate, Quantiles, Status, determine, errors_as_free};
-use crate::problem::minimise::{ENOUGH_SHOTS, SAME_MU, descend_with_noise, thin};
+use crate::problem::minimise::{descend_from_grid, descend_with_noise, thin};
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::robust::robust_covariance;
@@ -24,16 +23,8 @@ use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode};
 
 /// Decrease of χ² that ends the last descent, 1e-7 standard deviations, so that bounds are met
-/// exactly, and its evaluations, of large tables fewer: typical are 4, and at a corner of χ² more
-/// do not gain.
+/// exactly.
 const LAST_STALL: f64 = 1e-14;
-const LAST_STEPS: [usize; 2] = [50, 12];
-
-/// Evaluations of other descents.
-const MAX_STEPS: usize = 50;
-
-/// Decrease of χ² by which another minimum is lower, as far as descents find minima.
-const LOWER: f64 = 0.02;
 
 /// Distance from a bound, in standard errors, within which a minimum is at the bound but for
 /// rounding.
@@ -68,11 +59,11 @@ pub(crate) fn fit_rows(
     policy: &Policy,
 ) -> Result<RowsFit, RowsError> {
     let mut table = Table::new(dataset, shots, choices)?;
-    let mut descent = table.descend()?;
+    let mut descent = table.fit()?;
     let keep = judge_rows(&table.problem, &descent.end.state, policy);
     if keep.contains(&false) {
         table.leave_out(&keep);
-        descent = table.descend()?;
+        descent = table.fit()?;
     }
     if table.split_noise(&descent.end, policy) {
         descent = descend_with_noise(&mut table.problem, descent.end.state);
@@ -88,17 +79,15 @@ pub(crate) fn fit_rows(
     let mut others = Vec::new();
     if !(choices.without_profiles && descent.converged) {
         others = find_minima(&table.problem, &descent.end);
-        let least = others.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
-        if let Some(lower) = least.filter(|least| least.cost < descent.end.cost - LOWER) {
+        if let Some(lower) = others.first().filter(|least| least.cost < descent.end.cost - STALL) {
             descent = descend_with_noise(&mut table.problem, lower.state.clone());
         }
     }
     let free = table.problem.free();
-    let steps = LAST_STEPS[usize::from(table.names.len() > ENOUGH_SHOTS)];
     let converged = descent.converged;
     table.problem.weigh_again(&mut descent.end);
     let descent =
-        Descent { converged, ..descend_until(&table.problem, descent.end, &free, steps, LAST_STALL) };
+        Descent { converged, ..descend(&table.problem, descent.end, &free, (MAX_STEPS, LAST_STALL)) };
     let mut descent = meet_bounds(&table.problem, descent);
     if dataset.side_sd > 0.0
         && let Some(end) = integrate_spins(&table.problem, &descent.end)
@@ -118,7 +107,7 @@ fn integrate_spins(problem: &Problem, at: &Evaluation) -> Option<Evaluation> {
     let volume = |column: usize, by: f64| {
         let mut state = at.state.clone();
         state.shared.0[column] += by;
-        let there = descend(problem, problem.evaluate(state), &[], MAX_STEPS).end;
+        let there = descend(problem, problem.evaluate(state), &[], (MAX_STEPS, STALL)).end;
         Some(there.eliminate(problem, 0.0)?.own_ln_determinant)
     };
     let slope = |column: &usize| {
@@ -133,7 +122,7 @@ fn integrate_spins(problem: &Problem, at: &Evaluation) -> Option<Evaluation> {
         let x = &mut state.shared.0[*column];
         *x = (*x + by).clamp(low, high);
     }
-    let end = descend(problem, problem.evaluate(state), &[], MAX_STEPS).end;
+    let end = descend(problem, problem.evaluate(state), &[], (MAX_STEPS, STALL)).end;
     end.cost.is_finite().then_some(end)
 }
 
@@ -224,33 +213,22 @@ fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     causes::explain(&wider, &at, &Estimates::new(&wider, &at)?, policy)
 }
 
-/// Returns the ends of descents from a grid in μ, for large tables only the ends that may matter.
+/// Returns the minima that descents from a grid find, the lowest first; of large tables those that
+/// some of the shots show, if they may matter.
 fn find_minima(problem: &Problem, at: &Evaluation) -> Vec<Evaluation> {
     /// Rise of χ² beyond which another minimum is of no interest: five standard errors.
     const FAR: f64 = 25.0;
-    let free = problem.free();
-    let [low, high] = problem.unknown(Id::Mu).bounds;
-    if !free.contains(&(Id::Mu as usize)) {
-        return Vec::new();
-    }
     let fewer = thin(problem, &at.state);
-    let from = |mu: &f64| {
-        let mut state = fewer.state.clone();
-        state.shared[Id::Mu] = mu.clamp(low, high);
-        descend(&fewer.problem, fewer.problem.evaluate(state), &free, MAX_STEPS).end
-    };
-    let mut ends: Vec<Evaluation> = RowsBlock::GRID.iter().map(from).collect();
+    let mut ends = descend_from_grid(&fewer.problem, &fewer.state, &problem.free(), MAX_STEPS);
     if fewer.factor > 1.0 {
-        let least = ends.iter().map(|end| end.cost).fold(f64::INFINITY, f64::min);
-        let mu = at.state.shared[Id::Mu];
-        let is_other = |end: &Evaluation| (end.state.shared[Id::Mu] / mu - 1.0).abs() > SAME_MU;
-        ends.retain(|end| fewer.factor * (end.cost - least) < FAR && is_other(end));
-        ends.dedup_by(|b, a| (b.cost - a.cost).abs() < LOWER);
+        let least = ends.first().map_or(f64::INFINITY, |end| end.cost);
+        ends.retain(|end| fewer.factor * (end.cost - least) < FAR);
         for end in &mut ends {
             let state = State { own: at.state.own.clone(), shared: end.state.shared.clone() };
-            *end = descend(problem, problem.evaluate(state), &free, MAX_STEPS).end;
+            *end = problem.descend(state).end;
         }
+        ends.retain(|end| end.cost.is_finite());
+        ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     }
-    ends.retain(|end| end.cost.is_finite());
     ends
 }

@@ -19,7 +19,6 @@ use crate::problem::film::own::OWN;
 use crate::problem::film::priors::list_contact;
 use crate::problem::findings::Finding;
 use crate::problem::minimise::fit;
-use crate::problem::noise::minus_two_log;
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State, split_names};
 use crate::problem::sums::Noise;
@@ -35,9 +34,6 @@ const MIN_NOISE_PART: f64 = 1e-9;
 
 /// First noise of numbers whose first residuals vanish, in their unit.
 const UNKNOWN_NOISE: f64 = 1e-3;
-
-/// Values of κ that descents start from if it is not known: stiff contacts to soft ones.
-const KAPPAS: [f64; 4] = [0.5, 1.25, 2.5, 5.0];
 
 /// Degrees of freedom of a variance from which on Bartlett's test holds.
 const MIN_DOF_OF_BARTLETT: f64 = 3.0;
@@ -111,24 +107,10 @@ impl Table {
         State { own: vec![vec![Own::zeros(OWN); self.names.len()]], shared }
     }
 
-    /// Returns the least minimum.
-    pub fn descend(&mut self) -> Result<Descent, RowsError> {
+    /// Minimises.
+    pub fn fit(&mut self) -> Result<Descent, RowsError> {
         let start = self.start();
-        let kappa = self.problem.unknown(Id::Kappa);
-        if kappa.mode != Mode::Free {
-            return fit(&mut self.problem, &start).ok_or(RowsError::NoStart);
-        }
-        let [low, high] = kappa.bounds;
-        let from = |kappa: f64| {
-            let (mut problem, mut start) = (self.problem.clone(), start.clone());
-            start.shared[Id::Kappa] = kappa.clamp(low, high);
-            let descent = fit(&mut problem, &start)?;
-            Some((minus_two_log(&problem, &descent.end), problem, descent))
-        };
-        let ends = KAPPAS.into_iter().filter_map(from);
-        let (_, problem, descent) = ends.min_by(|a, b| a.0.total_cmp(&b.0)).ok_or(RowsError::NoStart)?;
-        self.problem = problem;
-        Ok(descent)
+        fit(&mut self.problem, &start).ok_or(RowsError::NoStart)
     }
 
     /// Holds unknowns without a prior that no number depends on at any friction: with much
