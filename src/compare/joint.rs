@@ -191,7 +191,7 @@ impl Tests {
         } else {
             solution.chi2_of_data().1 - solution.own_count() as f64
         };
-        let dof = (count - solution.data_count()).max(0.0) as usize;
+        let dof = (count - solution.covariance.count_data(&solution.problem)).max(0.0) as usize;
         let estimates = solution.problem.samples.iter().any(|sample| sample.block.estimates_noise());
         Self { dof, estimated: is_robust || estimates }
     }

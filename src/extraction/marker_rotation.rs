@@ -9,8 +9,8 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3};
 
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
-use crate::numerics::SIGNIFICANT;
 use crate::numerics::dense::{Place, descend};
+use crate::numerics::{EXACT, SIGNIFICANT};
 use crate::physics::ball::Vec3;
 
 /// Angular velocity of a ball at the impact, table frame.
@@ -39,9 +39,8 @@ const MAX_RADIUS: f64 = 0.95;
 /// Maximum number of rounds that leave out wrong positions.
 const MAX_ROUNDS: usize = 6;
 
-/// Maximum number of steps of a descent, and decrease of χ² that ends it.
+/// Maximum number of steps of a descent.
 const MAX_STEPS: usize = 100;
-const MIN_GAIN: f64 = 1e-12;
 
 /// Ratio of the start's smallest to its largest singular value below which an axis is undetermined.
 const MIN_SINGULAR: f64 = 1e-9;
@@ -92,7 +91,7 @@ fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
         let mut x = DVector::zeros(SHARED + 2 * markers.len());
         x.rows_mut(0, 3).copy_from(&start);
         let dof = (2 * positions).checked_sub(x.len()).filter(|dof| *dof > 0)?;
-        let Place { x, matrix, rest: residuals, .. } = descend(x, (MAX_STEPS, MIN_GAIN), |x| {
+        let Place { x, matrix, rest: residuals, .. } = descend(x, (MAX_STEPS, EXACT), |x| {
             let slope = |i: usize| {
                 let at = |by: f64| {
                     let mut x = x.clone();

@@ -1,14 +1,12 @@
 //! Preparation of tracks for a fit of their frames: first guesses, correlation of the noise,
 //! corners of paths, spins from markers; and reasons for which a shot cannot be used.
 
-mod cushion;
 mod initial_guess;
 mod marker_rotation;
 mod noise_correlation;
 mod unusable;
 
-pub(crate) use cushion::{leave_out_after_cushion, leave_out_before_cushion};
-pub(crate) use initial_guess::{FirstGuess, from_paths};
+pub(crate) use initial_guess::{FirstGuess, from_paths, leave_out_after_cushion, leave_out_before_cushion};
 #[cfg(feature = "io")]
 pub(crate) use marker_rotation::turn;
 pub(crate) use marker_rotation::{Rotation, rotations};

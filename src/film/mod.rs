@@ -2,5 +2,4 @@
 
 pub(crate) mod drops;
 pub(crate) mod frame_noise;
-pub(crate) mod grid;
 pub(crate) mod rigid_body;

@@ -145,7 +145,8 @@ fn diagnostics(fitted: &Fitted, estimates: &[Estimate]) -> Diagnostics {
     let (chi2, observations) = solution.chi2_of_data();
     let tested = Tested {
         chi2,
-        dof: (observations - solution.own_count() as f64 - solution.data_count()).max(0.0),
+        dof: (observations - solution.own_count() as f64 - solution.covariance.count_data(&solution.problem))
+            .max(0.0),
         is_stated: solution.states_noise(),
         standardized: fitted.deviations.iter().flatten().flat_map(whiten).collect(),
         trends: trends(solution, &fitted.deviations, |slope, _| Some(slope.p_value)),

@@ -10,6 +10,9 @@ pub(crate) const NORMAL_MEDIAN: f64 = 0.6745;
 /// Standard errors from which on a deviation is not chance: probability 6e-7.
 pub(crate) const SIGNIFICANT: f64 = 5.0;
 
+/// Relative difference of numbers that are equal but for roundings.
+pub(crate) const EXACT: f64 = 1e-12;
+
 /// Returns the median: the upper of both middle values if their number is even, NaN without values.
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     let middle = values.len() / 2;

@@ -1,9 +1,8 @@
 //! Effects beyond the closed form of a rigid contact, adopted if they make the data likelier by
 //! enough: a contact that is compliant along its surface, and weight and cloth during the contact.
 
-use super::descent::Descent;
 use super::findings::Finding;
-use super::minimise::{Thinned, descend_weighed, descend_with_noise, thin};
+use super::minimise::{Descent, Thinned, descend_weighed, descend_with_noise, thin};
 use super::noise::minus_two_log;
 use super::policy::Policy;
 use super::problem::{Problem, State};

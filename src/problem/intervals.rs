@@ -10,11 +10,10 @@ use super::solution::Solution;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode};
 use crate::measurement::parameter::{Parameter, Setting, Settings};
+use crate::numerics::EXACT;
 use crate::physics::name::{by_name, worded};
 
-/// Relative change of χ² within which it does not depend on an unknown, and halvings for the edge
-/// of such a range.
-const SAME_CHI2: f64 = 1e-12;
+/// Halvings for the edge of a range of values on which χ² does not depend.
 const HALVINGS: usize = 45;
 
 /// Number of shots of a table beyond which profiles are followed only if χ² is not a parabola, and
@@ -268,7 +267,7 @@ fn edge_of_saturation(problem: &Problem, at: &Evaluation, column: usize) -> Opti
     let is_flat = |value: f64| {
         let mut state = at.state.clone();
         state.shared.0[column] = value;
-        (problem.evaluate(state).cost - at.cost).abs() <= SAME_CHI2 * (1.0 + at.cost)
+        (problem.evaluate(state).cost - at.cost).abs() <= EXACT * (1.0 + at.cost)
     };
     let edge = |mut off: f64| {
         let mut on = at.state.shared.0[column];

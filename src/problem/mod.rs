@@ -14,14 +14,13 @@
 //! | --- | --- |
 //! | `unknowns`, `sums` | shared unknowns, and what a shot adds to the normal equations |
 //! | `block`, `discs`, `film`, `rows`, `frames` | measurements: forward models and derivatives |
-//! | `problem`, `descent`, `minimise`, `noise` | normal equations, descent, starts, noise |
+//! | `problem`, `minimise`, `noise` | normal equations, descents and their starts, noise |
 //! | `effects` | compliance, weight and cloth, adopted if they make the data likelier |
 //! | `uncertainty` | errors, scores, conflicts, budget, influence |
 //! | `solution` | a minimum, and what is known there |
 //! | `findings`, `policy`, `run` | findings, statistical choices, the fit from beginning to end |
 
 mod block;
-mod descent;
 mod discs;
 mod effects;
 mod false_shots;
@@ -38,7 +37,6 @@ mod policy;
 #[allow(clippy::module_inception)]
 mod problem;
 mod profile;
-mod robust;
 mod rows;
 mod run;
 mod solution;
@@ -62,31 +60,27 @@ pub(crate) use findings::{Finding, Severity};
 pub(crate) use identifiability::Combination;
 pub(crate) use intervals::{IntervalPair, Known, MANY_SHOTS, Quantiles};
 pub use intervals::{ParameterEstimate, Status};
-pub(crate) use offsets::ShiftScore;
-pub(crate) use offsets::Slope;
+pub(crate) use offsets::{ShiftScore, Slope};
 pub(crate) use policy::Policy;
-pub(crate) use rows::choices::RowsChoices;
-pub use rows::choices::RowsError;
-#[cfg(feature = "io")]
-pub use rows::choices::Unpredictable;
 pub(crate) use rows::deviations::Deviations;
-pub(crate) use rows::noise::TableNoise;
-pub(crate) use rows::outliers::refutes;
 pub use rows::prediction::{Prediction, predict};
-pub(crate) use rows::run::{RowsFit, fit_rows};
+pub(crate) use rows::run::{RowsFit, fit_rows, refutes};
+pub(crate) use rows::shot::RowsChoices;
+pub use rows::shot::RowsError;
+#[cfg(feature = "io")]
+pub use rows::shot::Unpredictable;
+pub(crate) use rows::table::TableNoise;
 pub(crate) use run::fit_film;
 pub(crate) use solution::{Budget, Estimate, ShotInfluence, Solution};
 pub use unknowns::Id;
 pub(crate) use unknowns::Normal;
 pub(crate) use {
     block::Block,
-    descent::{Descent, descend},
     effects::comply,
     film::own,
-    minimise::{descend_weighed, descend_with_noise},
+    minimise::{Descent, descend, descend_weighed, descend_with_noise},
     problem::{Evaluation, Problem, Sample, State},
-    robust::robust_covariance,
-    uncertainty::Estimates,
+    uncertainty::{Estimates, robust_covariance},
     unknowns::{Mode, Own, Shared, Unknown},
 };
 

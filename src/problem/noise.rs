@@ -18,7 +18,7 @@ const RHO_STEP: f64 = 0.04;
 const SETTLED: f64 = 0.01;
 
 /// Degrees of freedom below which a noise stays as it is.
-const MIN_DOF_OF_NOISE: f64 = 0.5;
+pub(super) const MIN_DOF_OF_NOISE: f64 = 0.5;
 
 /// Factor by which a spread changes in one step at most.
 const SPREAD_STEP: f64 = 3.0;
@@ -99,7 +99,7 @@ fn count_spent(
     sums: &[Vec<NoiseSums>],
 ) -> Vec<Vec<f64>> {
     let total: f64 = sums.iter().map(|sums| count(sums)).sum();
-    let shared = count_shared(problem, estimates) / total.max(1.0);
+    let shared = estimates.count_data(problem) / total.max(1.0);
     let of_sample = |(number, sample): (usize, &Sample)| match &sample.block {
         Block::Rows(rows) => rows.leverages(at, (reduced, estimates), (number, sample)),
         block => {
@@ -145,17 +145,8 @@ fn restricted(problem: &Problem, at: &Evaluation, (sample, rho): (usize, f64), d
     Some(dof * least.ln() + of_frames + of_unknowns)
 }
 
-/// Returns the number of shared unknowns that the data determine: each counts by the part of its
+/// Returns the number of own unknowns that the data determine: each counts by the part of its
 /// information that is not its prior's.
-pub(super) fn count_shared(problem: &Problem, estimates: &Estimates) -> f64 {
-    let part = |(i, column): (usize, &usize)| {
-        let prior = problem.unknowns[*column].active_prior();
-        prior.map_or(1.0, |prior| 1.0 - estimates.covariance[(i, i)] / (prior.sd * prior.sd))
-    };
-    estimates.columns.iter().enumerate().map(part).sum()
-}
-
-/// Returns the number of own unknowns that the data determine, counted in the same way.
 fn count_own(block: &Block, own: &[Eliminated]) -> f64 {
     let of_shot = |(i, own): (usize, &Eliminated)| {
         let priors = block.own_priors(i);

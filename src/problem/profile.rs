@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use nalgebra::{DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
-use super::descent::{STALL, descend};
+use super::minimise::{STALL, descend};
 use super::problem::{Evaluation, Problem};
 use super::solution::Solution;
 use super::unknowns::Id;

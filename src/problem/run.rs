@@ -1,7 +1,6 @@
 //! The fit of a film from beginning to end.
 
 use super::block::Block;
-use super::descent::Descent;
 use super::effects::choose_effects;
 use super::false_shots::{Squares, judge};
 use super::film::causes::{self, Refit};
@@ -10,13 +9,12 @@ use super::film::outliers::{self, leave_out_frames, squares};
 use super::findings::{Finding, Severity};
 use super::intervals::errors_as_free;
 use super::loss::ShotLoss;
-use super::minimise::{descend_with_noise, fit};
+use super::minimise::{Descent, descend_with_noise, fit};
 use super::policy::Policy;
 use super::problem::{Problem, State, split_names};
-use super::robust::robust_covariance;
 use super::solution::Solution;
 use super::sums::Noise;
-use super::uncertainty::Estimates;
+use super::uncertainty::{Estimates, robust_covariance};
 use super::unknowns::{Id, Mode, Shared};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::loss::Loss;

@@ -7,9 +7,9 @@ use rayon::prelude::*;
 use statrs::distribution::ContinuousCDF;
 
 use super::block::Block;
-use super::descent::Descent;
 use super::findings::{Finding, Severity, worst};
-use super::noise::{count_shared, minus_two_log};
+use super::minimise::Descent;
+use super::noise::minus_two_log;
 use super::problem::{Evaluation, Problem, Sample, State};
 use super::rows::shot::RowShot;
 use super::sums::{Contribution, Noise};
@@ -276,12 +276,6 @@ impl Solution {
         let has_prior = |column: &&usize| self.problem.unknowns[**column].active_prior().is_some();
         let shared = self.covariance.columns.iter().filter(|column| !has_prior(column)).count();
         numbers.saturating_sub(self.own_count() + shared)
-    }
-
-    /// Returns the number of shared unknowns that the data determine: each counts by the part of
-    /// its information that is not its prior's.
-    pub(crate) fn data_count(&self) -> f64 {
-        count_shared(&self.problem, &self.covariance)
     }
 
     /// Returns whether the noise of all data is stated.

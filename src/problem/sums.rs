@@ -121,6 +121,10 @@ pub(crate) struct Contribution {
     pub(crate) part: Option<Part>,
 }
 
+/// Steps of a descent in the own unknowns of a shot, and decrease of χ² after which it ends: 1e-3
+/// standard deviations.
+pub(crate) const SHOT_STOP: (usize, f64) = (30, 1e-6);
+
 /// Minimises χ² of a shot from `x`, its own unknowns and the shared `ids` at given others; returns
 /// the minimum and the sums there: after some steps, or one that gains less than a decrease of χ².
 /// `bounded` returns a place within the bounds of the own unknowns.

@@ -5,24 +5,17 @@ use rayon::prelude::*;
 
 use super::block::{DiscBlock, NOISES, PointTrack, ShotFrames};
 use super::lines::{Meeting, Stuck, Turning};
-use super::own::{self, CORE, list_unknowns};
+use super::own::{self, CORE, DISTANCE_SD, list_unknowns};
 use crate::extraction::{Bodies, Unusable};
-use crate::film::frame_noise;
-use crate::film::rigid_body;
+use crate::film::{frame_noise, rigid_body};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Sample, TrackShot, TrackedBall};
 use crate::numerics::median;
 use crate::problem::film::camera::Point;
-use crate::problem::film::cleaning::repair_drops;
-use crate::problem::film::film_data::{Film, FilmError};
-use crate::problem::film::reading::Reading;
+use crate::problem::film::film_data::{Film, FilmError, Reading, repair_drops};
 use crate::problem::sums::Noise;
 use crate::problem::unknowns::{Id, Own, Shared};
-
-/// Noise of the first descents, as a part of the distance of the centres: lines through the frames
-/// next to an impact miss the discs by as much.
-const COARSE_NOISE_PART: f64 = 0.01;
 
 /// Standard error of a parabola through 15 frames at twice their reach, over the noise of a frame:
 /// √(1 + 3x² + 5(3x² − 1)²/4)/√15 at x = 3.
@@ -89,7 +82,8 @@ impl Film<DiscBlock> {
         let (shots, own): (Vec<ShotFrames>, Vec<Own>) = frames.unzip();
         let noise = |Guessed { shot, meeting, .. }: &Guessed| {
             let sd = frame_noise::noise_of_near(&[&shot.cue, &shot.object], shot, meeting.time);
-            let sd = unit * (COARSE_NOISE_PART * meeting.across().norm()).max(EXTRAPOLATED * sd);
+            // lines through the frames next to an impact miss the discs by as much
+            let sd = unit * (DISTANCE_SD * meeting.across().norm()).max(EXTRAPOLATED * sd);
             [Noise { sd, rho: shot.correlation }; NOISES]
         };
         let noises = guessed.iter().flat_map(noise).collect();

@@ -7,7 +7,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use super::block::ShotFrames;
 use super::lines::Stuck;
 use super::motion::{Dual, Motion};
-use super::own::{self, LEAST_SHOTS};
+use super::own::{self, DISTANCE_SD, LEAST_SHOTS};
 use crate::extraction::Unusable;
 use crate::measurement::dataset::Measured;
 use crate::measurement::number::with_error;
@@ -21,10 +21,6 @@ use crate::problem::policy::Policy;
 /// Part of the distance of the centres by which the frames of a collision are off the paths at
 /// most.
 const MAX_FRAME_DEVIATION: f64 = 0.02;
-
-/// Part by which distances at the contact differ: that of a camera's scale over the table, rubber
-/// bands and the give of rims.
-const DISTANCE_SD: f64 = 0.01;
 
 /// The measured impact of a shot, without a law of friction. Velocities are in m/s and
 /// spins in rad/s in the frame of the table; if the frame rate is not known, per frame.

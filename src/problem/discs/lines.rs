@@ -1,12 +1,13 @@
 //! First guesses from straight lines through the frames on both sides of the nearest approach: how
 //! discs meet and turn, or stick together, so that the distance of their centres stays.
 
+use super::own::DISTANCE_SD;
 use crate::extraction::{Bodies, Unusable};
 use crate::film::frame_noise::{constant_axis, noise_of};
 use crate::film::rigid_body::{distances, frames};
 use crate::measurement::dataset::Measured;
 use crate::measurement::track::{Sample, TrackShot};
-use crate::numerics::{median, wrap};
+use crate::numerics::{SIGNIFICANT, median, wrap};
 use crate::problem::film::camera::Point;
 
 /// Frames of each disc on either side of the impact that are needed.
@@ -201,11 +202,6 @@ pub(crate) struct Stuck {
 /// Real discs that part do so at a third of this speed or more; glue and velcro yield by 0.02.
 const PARTING: f64 = 0.02;
 
-/// Discs touch while their distance is larger than the typical one by this part at most, or by this
-/// number of standard deviations of the noise.
-const TOUCHING: f64 = 0.01;
-const NOISES: f64 = 5.0;
-
 /// Frames that discs stay together at least, and the number after which more do not help; frames
 /// just after the contact, in which the middle one of three may be one before it; and frames in a
 /// row at one distance after which the pair has settled.
@@ -238,7 +234,7 @@ impl Stuck {
         let nearest = (0..distances.len()).min_by(|i, j| distances[*i].1.total_cmp(&distances[*j].1))?;
         let distance = middle(&distances[nearest..distances.len().min(nearest + MOST_FRAMES)]);
         let noise = noise_of(&[&shot.cue, &shot.object], shot);
-        let most = distance + (TOUCHING * distance).max(NOISES * noise);
+        let most = distance + (DISTANCE_SD * distance).max(SIGNIFICANT * noise);
         let first = distances.iter().position(|(_, d)| *d <= most)?;
         let frames = distances[first..].iter().take_while(|(_, d)| *d <= most).count();
         if first < LEAST || frames < LEAST_FRAMES + SKIPPED {
@@ -254,8 +250,8 @@ impl Stuck {
         if !(closing > 0.0 && growth.abs() / way + 3.0 * error < PARTING) {
             return None;
         }
-        let touch = distances.iter().position(|(_, d)| *d <= distance + NOISES * noise)?;
-        let is_near = |(_, d): &(f64, f64)| (d - distance).abs() <= NOISES * noise;
+        let touch = distances.iter().position(|(_, d)| *d <= distance + SIGNIFICANT * noise)?;
+        let is_near = |(_, d): &(f64, f64)| (d - distance).abs() <= SIGNIFICANT * noise;
         let settled = distances[touch..].windows(SETTLED).position(|run| run.iter().all(is_near))?;
         Some(Self {
             distance,

@@ -71,9 +71,9 @@ const EVEN_SLOWING: f64 = 0.002;
 /// of the fastest.
 const RATES: [f64; 2] = [30.0, 1000.0];
 
-/// Relative standard deviations of the sum of stated radii, rubber bands and the give of rims
-/// included, and of the ratio of stated masses.
-const STATED_SD: f64 = 0.01;
+/// Part by which distances of the centres at the contact differ: that of a camera's scale over the
+/// table, rubber bands and the give of rims. Stated masses are as uncertain.
+pub(super) const DISTANCE_SD: f64 = 0.01;
 
 /// Standard deviations of the deceleration at any speed, m/s²: g/100, as on ice or a poor air
 /// table; and of the deceleration over the speed, 1/s.
@@ -125,7 +125,7 @@ pub(super) fn list_unknowns(
     for ((id, stated), start) in shown.into_iter().zip(typical) {
         all[id as usize] = Unknown { start, mode: Mode::Free, prior: None, ..all[id as usize] };
         if let Some(stated) = stated {
-            known(&mut all, id, stated, STATED_SD * stated);
+            known(&mut all, id, stated, DISTANCE_SD * stated);
         }
     }
     let second = unit_of_time(discs, RATES[0]);

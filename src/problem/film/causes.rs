@@ -3,9 +3,8 @@
 
 use super::priors::{RATE_SD, of_unknown_spins};
 use super::spins::ShotSpin;
-use crate::problem::descent::Descent;
 use crate::problem::findings::Finding;
-use crate::problem::minimise::{descend_with_noise, fit};
+use crate::problem::minimise::{Descent, descend_with_noise, fit};
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::sums::Noise;

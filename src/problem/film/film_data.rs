@@ -7,21 +7,23 @@ use rayon::prelude::*;
 
 use super::block::{FilmBlock, FilmedShot, SideSpin};
 use super::camera::Point;
-use super::cleaning::cleaned;
 use super::impact::{Contact, Correction};
 use super::priors::list_unknowns;
-use super::reading::Reading;
 use super::spins::{ShotSpin, first_spreads};
-use crate::extraction::{FirstGuess, Rotation, Unusable, from_paths, rotations};
-use crate::film::frame_noise;
-use crate::measurement::dataset::Dataset;
+use crate::extraction::{
+    FirstGuess, Rotation, Unusable, from_paths, leave_out_after_cushion, leave_out_before_cushion,
+    noise_correlation, rotations,
+};
+use crate::film::{drops, frame_noise};
+use crate::measurement::dataset::{Dataset, Measured, Tracks};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Settings;
 use crate::measurement::spin::Spin;
-use crate::measurement::track::TrackShot;
+use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
 use crate::physics::collision::{Fidelity, Model};
 use crate::problem::findings::Finding;
+use crate::problem::frames::Frame;
 use crate::problem::loss::ShotLoss;
 use crate::problem::sums::Noise;
 use crate::problem::unknowns::{Id, Own, Unknown};
@@ -29,9 +31,6 @@ use crate::problem::unknowns::{Id, Own, Unknown};
 /// Ratio of the distance of the centres at the impacts to 2R, less 1, beyond which lengths are in
 /// another unit than stated.
 const OTHER_UNIT: f64 = 0.1;
-
-/// Smallest noise, m: keeps exact synthetic tracks finite.
-const LEAST_NOISE: f64 = 1e-7;
 
 const MOVING: &str = "the object ball was moving before the impact";
 
@@ -116,7 +115,7 @@ impl Film<FilmBlock> {
         let states_noise = shots.iter().all(|shot| shot.track.states_noise());
         let sd = unit * median(shots.iter().map(|shot| frame_noise::noise(&shot.track)).collect());
         let rho = shots[0].track.correlation;
-        let noise = Noise { sd: if states_noise { 1.0 } else { sd.max(LEAST_NOISE) }, rho };
+        let noise = Noise { sd: if states_noise { 1.0 } else { sd }, rho };
         let own = shots.iter().map(|shot| shot.own(middle, unit)).collect();
         let names = shots.iter().map(|shot| shot.track.name.clone()).collect();
         let read = |shot: Guessed| shot.read(middle, unit, states_noise, ball.radius);
@@ -215,4 +214,97 @@ impl Guessed {
             correction: Correction::zeros(),
         }
     }
+}
+
+/// How the positions of a shot are read.
+pub(crate) struct Reading {
+    /// Middle of the film, in its unit.
+    pub(crate) middle: Point,
+    /// Metres in a unit of length of the film.
+    pub(crate) unit: f64,
+    /// Whether the noise of every frame is stated, so that it counts in metres.
+    pub(crate) states_noise: bool,
+    /// Whether a ball that repeats its place may be held there by a program.
+    pub(crate) may_be_held: bool,
+}
+
+impl Reading {
+    /// Returns the frames of a ball, or of a point on a disc; coordinates lie on a grid of this
+    /// step.
+    pub fn frames(&self, shot: &TrackShot, samples: &[Sample], step: f64) -> Vec<Frame> {
+        let noise = frame_noise::noise(shot);
+        let repeats =
+            frame_noise::repeats(samples, noise.max(frame_noise::rounding(step)), step, self.may_be_held);
+        let frame = |(sample, repeats): (&Sample, [f64; 2])| {
+            let seen = (Point::new(sample.x, sample.y) - self.middle) * self.unit;
+            let weight = |axis: usize| {
+                let stated = sample.sd.map(|sd| sd[axis]).or(shot.position_sd);
+                // over the noise of the film, which is 1 m if all noise is stated
+                let of_noise = |sd: f64| if self.states_noise { sd * self.unit } else { sd / noise };
+                let sd = stated.map_or(1.0, of_noise);
+                (repeats[axis].sqrt() * if sd > 0.0 { sd } else { 1.0 }).recip()
+            };
+            Frame {
+                time: sample.t,
+                seen,
+                weight: Point::new(weight(0), weight(1)),
+                used: seen.x.is_finite() && seen.y.is_finite(),
+            }
+        };
+        samples.iter().zip(repeats).map(frame).collect()
+    }
+}
+
+/// Scatter of neighbouring frames, in units of the stated noise, that does not refute it.
+const AS_STATED: std::ops::Range<f64> = 0.7..1.5;
+
+/// Returns the shots of a film with their faults repaired as far as single tracks show them, and
+/// what was found. The radius of the balls is in m.
+pub(super) fn cleaned(tracks: &Tracks, radius: f64) -> (Vec<TrackShot>, Vec<Finding>) {
+    let mut shots = tracks.shots.clone();
+    let of = shots.len();
+    let mut findings: Vec<Finding> = repair_drops(&mut shots).into_iter().collect();
+    let corners =
+        shots.par_iter_mut().filter_map(|shot| leave_out_before_cushion(shot).then_some(())).count();
+    if corners > 0 {
+        findings.push(Finding::Corners { shots: corners, of });
+    }
+    if let Some(Measured { value: rho, sd }) = noise_correlation(&shots) {
+        findings.push(Finding::NoiseLasts { rho, sd: sd.unwrap_or(f64::NAN) });
+        for shot in &mut shots {
+            shot.correlation = rho;
+        }
+    }
+    let ends =
+        shots.par_iter_mut().filter_map(|shot| leave_out_after_cushion(shot, radius).then_some(())).count();
+    if ends > 0 {
+        findings.push(Finding::Ends { shots: ends, of });
+    }
+    if let Some(times) = refute_noise(&shots) {
+        for shot in shots.iter_mut().filter(|_| times > 1.0) {
+            shot.position_sd = None;
+            shot.samples_mut().for_each(|sample| sample.sd = None);
+        }
+        findings.push(Finding::NoiseRefuted { times });
+    }
+    (shots, findings)
+}
+
+/// Moves the frames after dropped ones in time; says so if there are any.
+pub(in crate::problem) fn repair_drops(shots: &mut [TrackShot]) -> Option<Finding> {
+    let drops: Vec<usize> = shots.par_iter_mut().map(drops::repair).filter(|count| *count > 0).collect();
+    (!drops.is_empty()).then(|| Finding::Drops { shots: drops.len(), drops: drops.iter().sum() })
+}
+
+/// Returns the scatter of neighbouring frames over the stated noise, if that refutes what is
+/// stated.
+fn refute_noise(shots: &[TrackShot]) -> Option<f64> {
+    let of_shot = |shot: &TrackShot| {
+        let samples = shot.cue.iter().chain(&shot.object);
+        let of_samples = || median(samples.filter_map(|sample| sample.sd).flatten().collect());
+        let stated = shot.position_sd.unwrap_or_else(of_samples);
+        (stated > 0.0).then(|| frame_noise::noise(shot) / stated)
+    };
+    let times: Vec<f64> = shots.par_iter().filter_map(of_shot).collect();
+    (!times.is_empty()).then(|| median(times)).filter(|times| !AS_STATED.contains(times))
 }

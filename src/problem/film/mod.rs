@@ -3,7 +3,6 @@
 pub(crate) mod block;
 pub(crate) mod camera;
 pub(crate) mod causes;
-pub(crate) mod cleaning;
 pub(crate) mod dual;
 pub(crate) mod film_data;
 pub(crate) mod impact;
@@ -13,6 +12,5 @@ pub(crate) mod own;
 #[cfg(feature = "io")]
 pub(crate) mod planned;
 pub(crate) mod priors;
-pub(crate) mod reading;
 pub(crate) mod shots;
 pub(crate) mod spins;

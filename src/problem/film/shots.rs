@@ -15,7 +15,7 @@ use crate::numerics::median;
 use crate::physics::ball::Vec3;
 use crate::problem::frames::{Frame, PicturePaths};
 use crate::problem::solution::Solution;
-use crate::problem::sums::Contribution;
+use crate::problem::sums::{Contribution, SHOT_STOP};
 use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Velocities of the cue ball and of the object ball after an impact.
@@ -31,10 +31,6 @@ const BEFORE: usize = 6;
 
 /// Unknowns of the cloth, with whose errors all shots are extracted.
 const CLOTH: [Id; 2] = [Id::MuK, Id::MuR];
-
-/// Steps until the outcome of a shot is found, and decrease of χ² below which a step ends the
-/// search.
-const STOP: (usize, f64) = (30, 1e-6);
 
 /// The impact of a shot with a free outcome, and how well its frames show it.
 #[derive(Clone, Debug)]
@@ -233,7 +229,7 @@ impl Solution {
     #[must_use]
     pub fn impact(&self, i: usize, track: &TrackShot) -> Option<Impact> {
         let Fitted { film, shot, own, mut shared } = self.film_shot(i)?;
-        let (own, sums) = film.settle(shot, own.clone(), (&mut shared, &Id::OFFSETS), STOP);
+        let (own, sums) = film.settle(shot, own.clone(), (&mut shared, &Id::OFFSETS), SHOT_STOP);
         let struck = film.struck(shot, &own, &shared).ok()?;
         let quantities = table_quantities(&struck, self.radius());
         let [of_shot, of_cloth] = self.variances(&quantities, &sums)?;

@@ -9,7 +9,7 @@
 use super::camera::Point;
 use super::own;
 use crate::measurement::spin::Spin;
-use crate::numerics::SIGNIFICANT;
+use crate::numerics::{EXACT, SIGNIFICANT};
 use crate::physics::ball::Vec3;
 use crate::problem::sums::{Contribution, OwnPrior, Spread};
 use crate::problem::unknowns::{Id, Normal, Own, Shared};
@@ -68,9 +68,6 @@ pub(crate) enum States {
     /// Rolling, or sliding, with a measured spin whose error leaves both open.
     Measured,
 }
-
-/// Distance within which a topspin is at its bound: roundings of a sum.
-const AT_BOUND: f64 = 1e-12;
 
 const UNBOUNDED: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
@@ -196,7 +193,7 @@ impl ShotSpin {
             sums.add_prior((place, prior), values[place], spreads);
         }
         let (value, slope) = (values[own::TOPSPIN] + self.mean(shared), sums.slope(own::TOPSPIN));
-        let is_at = |bound: f64| (value - bound).abs() < AT_BOUND;
+        let is_at = |bound: f64| (value - bound).abs() < EXACT;
         let presses = is_at(self.bounds[0]) && slope > 0.0 || is_at(self.bounds[1]) && slope < 0.0;
         sums.held[own::TOPSPIN] |= presses;
     }

@@ -12,12 +12,8 @@ use crate::problem::film::dual::gradient;
 use crate::problem::film::impact::{Contact, Correction};
 use crate::problem::film::own::OWN;
 use crate::problem::loss::ShotLoss;
-use crate::problem::sums::{Contribution, Noise, settle};
+use crate::problem::sums::{Contribution, Noise, SHOT_STOP, settle};
 use crate::problem::unknowns::{Mode, Own, PHYSICS, Shared, Unknown};
-
-/// Steps of a shot's own descent, and decrease of χ² after which it ends: 1e-3 standard deviations.
-const STEPS: usize = 30;
-const SHOT_STALL: f64 = 1e-6;
 
 /// Observables whose numbers have noise of one size.
 #[derive(Clone, Debug)]
@@ -156,6 +152,6 @@ impl RowsBlock {
             return start;
         }
         let contribute = |own: &Own| self.add_up(i, own, self.predict(i, own, shared), 0);
-        settle(start, &[], (STEPS, SHOT_STALL), contribute, std::convert::identity).0
+        settle(start, &[], SHOT_STOP, contribute, std::convert::identity).0
     }
 }

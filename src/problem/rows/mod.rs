@@ -5,10 +5,7 @@
 //! Measurement Error Models, 1987, § 3.2).
 
 pub(crate) mod block;
-pub(crate) mod choices;
 pub(crate) mod deviations;
-pub(crate) mod noise;
-pub(crate) mod outliers;
 pub(crate) mod prediction;
 pub(crate) mod run;
 pub(crate) mod shot;

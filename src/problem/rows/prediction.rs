@@ -3,11 +3,10 @@
 use nalgebra::Vector2;
 use num_dual::DualNum;
 
-use super::choices::Unpredictable;
-use super::shot::{INPUTS, Row, RowShot, SPEED};
+use super::shot::{INPUTS, Row, RowShot, SPEED, Unpredictable};
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::observable::{Axis, Observable};
-use crate::numerics::wrap;
+use crate::numerics::{EXACT, wrap};
 use crate::physics::ball::BallState;
 use crate::physics::collision::{Coefficients, Model, NotACollision};
 use crate::physics::friction_law::Law;
@@ -16,10 +15,8 @@ use crate::problem::film::impact::{Contact, Side};
 use crate::problem::film::own::OWN;
 use crate::problem::unknowns::{Own, Shared};
 
-/// Steps until an unknown speed before the impact gives the measured one afterwards, and the
-/// relative difference at which they end.
+/// Steps until an unknown speed before the impact gives the measured one afterwards.
 const STEPS: usize = 20;
-const SAME_SPEED: f64 = 1e-14;
 
 /// The cue ball before the impact in the collision frame, and the direction of this frame.
 pub(super) struct Approach {
@@ -187,7 +184,7 @@ pub fn predict(shot: &Shot, model: &Model, coefficients: &Coefficients) -> Resul
         let values: Vec<f64> = made.rows.iter().map(value).collect();
         // speeds afterwards are nearly in proportion to the one before
         let part = spent.map_or(1.0, |row| made.rows[row].value / values[row]);
-        if (part - 1.0).abs() > SAME_SPEED && steps < STEPS {
+        if (part - 1.0).abs() > EXACT && steps < STEPS {
             own[SPEED] = (1.0 + own[SPEED]) * part - 1.0;
             steps += 1;
             continue;

@@ -2,29 +2,24 @@
 
 use nalgebra::DVector;
 
-use super::choices::{RowsChoices, RowsError};
-use super::noise::{TableNoise, list_noises};
-use super::outliers::{judge_rows, refutes};
-use super::table::Table;
+use super::shot::{Row, RowsChoices, RowsError};
+use super::table::{Table, TableNoise, list_noises};
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::loss::Loss;
-use crate::problem::descent::{Descent, MAX_STEPS, STALL, descend};
+use crate::numerics::EXACT;
 use crate::problem::effects::choose_effects;
-use crate::problem::false_shots::tail;
+use crate::problem::false_shots::{Squares, candidates, judge, tail};
 use crate::problem::film::causes::{self, Refit};
 use crate::problem::findings::Finding;
 use crate::problem::intervals::{Known, ParameterEstimate, Quantiles, Status, determine, errors_as_free};
-use crate::problem::minimise::{descend_from_grid, descend_with_noise, thin};
+use crate::problem::minimise::{
+    Descent, MAX_STEPS, STALL, descend, descend_from_grid, descend_with_noise, thin,
+};
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
-use crate::problem::robust::robust_covariance;
 use crate::problem::solution::Solution;
-use crate::problem::uncertainty::Estimates;
+use crate::problem::uncertainty::{Estimates, robust_covariance};
 use crate::problem::unknowns::{Id, Mode};
-
-/// Decrease of χ² that ends the last descent, 1e-7 standard deviations, so that bounds are met
-/// exactly.
-const LAST_STALL: f64 = 1e-14;
 
 /// Distance from a bound, in standard errors, within which a minimum is at the bound but for
 /// rounding.
@@ -86,8 +81,8 @@ pub(crate) fn fit_rows(
     let free = table.problem.free();
     let converged = descent.converged;
     table.problem.weigh_again(&mut descent.end);
-    let descent =
-        Descent { converged, ..descend(&table.problem, descent.end, &free, (MAX_STEPS, LAST_STALL)) };
+    // to rounding, so that bounds are met
+    let descent = Descent { converged, ..descend(&table.problem, descent.end, &free, (MAX_STEPS, EXACT)) };
     let mut descent = meet_bounds(&table.problem, descent);
     if dataset.side_sd > 0.0
         && let Some(end) = integrate_spins(&table.problem, &descent.end)
@@ -231,4 +226,63 @@ fn find_minima(problem: &Problem, at: &Evaluation) -> Vec<Evaluation> {
         ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     }
     ends
+}
+
+/// Returns whether each shot is kept, by its distance from a robust fit, in which gross errors
+/// count little.
+pub(super) fn judge_rows(problem: &Problem, state: &State, policy: &Policy) -> Vec<bool> {
+    let squares = |problem: &Problem, state: &State| -> Vec<Squares> {
+        let rows = problem.rows().into_iter().flat_map(|rows| rows.shots.iter());
+        let at = problem.evaluate(state.clone());
+        let distances = at.shots[0].iter().map(|shot| shot.part.map_or(f64::INFINITY, |part| part.distance));
+        let of_shot =
+            |(distance, count): (f64, usize)| Squares { sum: distance * distance, count: count as f64 };
+        distances.zip(rows.map(|shot| shot.rows.len())).map(of_shot).collect()
+    };
+    let stays = vec![true; state.own[0].len()];
+    if problem.is_robust()
+        || !candidates(&squares(problem, state), least_scale(problem), policy).contains(&true)
+    {
+        return stays;
+    }
+    let mut robust = problem.clone();
+    if let Some(rows) = robust.rows_mut() {
+        *rows = rows.clone().with_loss(Loss::Cauchy);
+    }
+    let descent = descend_with_noise(&mut robust, state.clone());
+    let unknowns = problem.free().len() as f64;
+    judge(&squares(&robust, &descent.end.state), (unknowns, least_scale(&robust)), policy)
+}
+
+/// Returns the least variance of the residuals in units of the noise: 1 if it is stated, what
+/// rounding leaves if not.
+fn least_scale(problem: &Problem) -> f64 {
+    let Some(rows) = problem.rows() else { return 1.0 };
+    let of_row = |row: &Row| {
+        row.noise.map_or(1.0, |noise| (rows.pools[noise].least() / rows.noises[noise].sd).powi(2))
+    };
+    let all: Vec<f64> = rows.shots.iter().flat_map(|shot| shot.rows.iter().map(of_row)).collect();
+    all.iter().sum::<f64>() / all.len() as f64
+}
+
+/// Returns χ² per degree of freedom of numbers with stated errors if it rules the model out. As many
+/// parameters as numbers should leave no residual; what they leave is judged as one degree of freedom.
+pub(crate) fn refutes(chi2: f64, dof: f64, policy: &Policy) -> Option<f64> {
+    let dof = dof.max(1.0);
+    (tail(chi2, dof) < policy.shot_tail && chi2 > policy.refuted_rows * dof).then_some(chi2 / dof)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Policy, refutes};
+
+    #[test]
+    fn both_the_probability_and_the_size_of_chi2_count() {
+        let is_refuted = |chi2, dof| refutes(chi2, dof, &Policy::default()).is_some();
+        assert!(is_refuted(3736.0, 1.0));
+        // many shots with noise stated too small by a third
+        assert!(!is_refuted(1800.0, 1000.0));
+        // a single residual of 2.5 standard deviations
+        assert!(!is_refuted(6.3, 1.0));
+    }
 }

@@ -2,26 +2,27 @@
 
 use std::sync::Arc;
 
+use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::{Pool, RowsBlock};
-use super::choices::{RowsChoices, RowsError};
-use super::noise::list_noises;
-use super::shot::RowShot;
+use super::shot::{RowShot, RowsChoices, RowsError};
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
+use crate::numerics::EXACT;
 use crate::physics::collision::Fidelity;
 use crate::problem::block::Block;
-use crate::problem::descent::Descent;
+use crate::problem::film::dual::gradient;
 use crate::problem::film::impact::Contact;
 use crate::problem::film::own::OWN;
 use crate::problem::film::priors::list_contact;
 use crate::problem::findings::Finding;
-use crate::problem::minimise::fit;
+use crate::problem::minimise::{Descent, fit};
+use crate::problem::noise::MIN_DOF_OF_NOISE;
 use crate::problem::policy::Policy;
-use crate::problem::problem::{Evaluation, Problem, State, split_names};
-use crate::problem::sums::Noise;
+use crate::problem::problem::{Evaluation, Problem, Reduced, Sample, State, split_names};
+use crate::problem::sums::{Noise, NoiseSums};
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
 
@@ -278,17 +279,82 @@ fn compare_variances(variances: &[(f64, f64)]) -> Option<f64> {
 /// Returns the step of readings: 1 or 5 units of the last decimal that any has; `None` if they have
 /// more than 6 decimals, so that the step is less than any noise, or if all are zeros.
 fn find_step(readings: &[f64]) -> Option<f64> {
-    /// Part of a number that the conversion to radians and back leaves.
-    const CONVERSION_ROUNDING: f64 = 1e-13;
     if readings.iter().all(|value| *value == 0.0) {
         return None;
     }
     let is_multiple = |value: &f64, step: f64| {
         let count = value / step;
-        (count - count.round()).abs() <= CONVERSION_ROUNDING * count.abs().max(1.0)
+        (count - count.round()).abs() <= EXACT * count.abs().max(1.0)
     };
     let steps = (0..=6).map(|decimals| 10_f64.powi(-decimals)).flat_map(|last| [last, 0.5 * last]);
     steps.into_iter().find(|step| readings.iter().all(|value| is_multiple(value, *step)))
+}
+
+/// Noise over its least value at which residuals vanish.
+const VANISHES: f64 = 1.0 + 1e-6;
+
+/// Noise of the numbers of a table whose errors are not stated.
+#[derive(Clone, Debug)]
+pub(crate) struct TableNoise {
+    pub(crate) observables: Vec<Observable>,
+    /// Standard deviation, SI or radians.
+    pub(crate) sd: f64,
+    /// Standard deviation of the rounding of the columns, which is the least that `sd` can be.
+    pub(crate) rounding: f64,
+    /// Sum of their squared residuals over the variance.
+    pub(crate) square: f64,
+    /// Numbers less what they spend on unknowns.
+    pub(crate) dof: f64,
+    /// Whether residuals or a rounding show its size.
+    pub(crate) is_known: bool,
+}
+
+/// Returns what is known of the noises that were estimated.
+pub(super) fn list_noises(problem: &Problem, at: &Evaluation, estimates: &Estimates) -> Vec<TableNoise> {
+    let (Some(rows), Some(reduced)) = (problem.rows(), at.eliminate(problem, 0.0)) else { return Vec::new() };
+    let spent = rows.leverages(at, (&reduced, estimates), (0, &problem.samples[0]));
+    let sums = at.noises(0);
+    let of_pool = |(which, pool): (usize, &Pool)| {
+        let (NoiseSums { count, weighted, .. }, sd) = (sums[which], rows.noises[which].sd);
+        let dof = count - spent[which];
+        TableNoise {
+            observables: pool.observables.clone(),
+            sd,
+            rounding: pool.rounding,
+            square: weighted,
+            dof,
+            is_known: dof >= MIN_DOF_OF_NOISE && (pool.rounding > 0.0 || sd > VANISHES * pool.least()),
+        }
+    };
+    rows.pools.iter().enumerate().map(of_pool).collect()
+}
+
+impl RowsBlock {
+    /// Returns the part of each noise that its numbers spend on unknowns: the sum of their
+    /// leverages.
+    pub(crate) fn leverages(
+        &self,
+        at: &Evaluation,
+        (reduced, estimates): (&Reduced, &Estimates),
+        (number, sample): (usize, &Sample),
+    ) -> Vec<f64> {
+        let mut sums = vec![0.0; self.noises.len()];
+        if sums.is_empty() {
+            return sums;
+        }
+        let shared = sample.gather(&at.state.shared);
+        for (i, own) in at.state.own[number].iter().enumerate() {
+            let Some(predicted) = self.predict(i, own, &shared) else { continue };
+            let weight = at.shots[number][i].weight();
+            for (residual, row) in predicted.rows.iter().zip(&self.shots[i].rows) {
+                let Some(noise) = row.noise else { continue };
+                let by = DVector::from_column_slice(gradient(residual).as_slice());
+                let variance = estimates.variance(reduced, (number, i), &by);
+                sums[noise] += weight * variance;
+            }
+        }
+        sums
+    }
 }
 
 #[cfg(test)]
