@@ -2,10 +2,9 @@
 //! enough: a contact that is compliant along its surface, and weight and cloth during the contact.
 
 use super::findings::Finding;
-use super::minimise::{Descent, Thinned, descend_weighed, descend_with_noise, thin};
-use super::noise::minus_two_log;
+use super::minimise::{Descent, Thinned, descend_with_noise, thin};
 use super::policy::Policy;
-use super::problem::{Problem, State};
+use super::problem::{Evaluation, Problem, State};
 use super::unknowns::{Id, Mode};
 use crate::measurement::parameter::Compliance;
 use crate::physics::collision::Model;
@@ -25,7 +24,8 @@ pub(super) fn choose_effects(
     // the integrated contact is compliant, which one that is stated to be rigid is not
     if is_auto && compliance != Compliance::Rigid || problem.is_weighed() {
         let least = if is_auto { policy.adopt } else { f64::NEG_INFINITY };
-        let Tried { shots, fall, adopted } = adopt(problem, descent, descend_weighed, least);
+        let weigh = |problem: &mut Problem, state: &mut State| problem.weigh(state);
+        let Tried { shots, fall, adopted } = adopt(problem, descent, weigh, least);
         findings.extend((is_auto && shots > 0).then_some(Finding::Weight { shots, fall, adopted }));
     }
     findings
@@ -43,14 +43,13 @@ pub(crate) fn comply(problem: &mut Problem, descent: &mut Descent, policy: &Poli
     if rigid.is_empty() || shots == 0 {
         return None;
     }
-    let refit = |problem: &mut Problem, mut state: State| {
+    let give_way = |problem: &mut Problem, state: &mut State| {
         for column in &rigid {
             (problem.unknowns[*column].start, state.shared.0[*column]) = (Model::KAPPA, Model::KAPPA);
         }
         problem.refresh_contact();
-        descend_with_noise(problem, state)
     };
-    let Tried { fall, adopted, .. } = adopt(problem, descent, refit, policy.adopt);
+    let Tried { fall, adopted, .. } = adopt(problem, descent, give_way, policy.adopt);
     Some(Finding::Compliance { kappa: Model::KAPPA, shots, fall, adopted })
 }
 
@@ -58,42 +57,43 @@ pub(crate) fn comply(problem: &mut Problem, descent: &mut Descent, policy: &Poli
 struct Tried {
     /// Number of shots with weight and cloth.
     shots: usize,
-    /// Decrease of −2 log L.
+    /// Decrease of χ² at the noise before.
     fall: f64,
     adopted: bool,
 }
 
-/// Refits with an effect, which `refit` adds to a problem, and adopts it if −2 log L decreases by
-/// more than `least`. An effect that makes some of the shots of a large table less likely is not
+/// Refits with an effect, which `add` adds to a problem and its state, and adopts it if χ² decreases
+/// by more than `least`. An effect that makes some of the shots of a large table less likely is not
 /// computed for all.
 fn adopt(
     problem: &mut Problem,
     descent: &mut Descent,
-    refit: impl Fn(&mut Problem, State) -> Descent,
+    add: impl Fn(&mut Problem, &mut State),
     least: f64,
 ) -> Tried {
-    let attempt = |problem: &Problem, descent: &Descent| {
-        let mut other = problem.clone();
-        let with = refit(&mut other, descent.end.state.clone());
-        let fall = minus_two_log(problem, &descent.end) - minus_two_log(&other, &with.end);
-        (other, with, fall)
+    let attempt = |problem: &Problem, from: &Evaluation| {
+        let (mut other, mut state) = (problem.clone(), from.state.clone());
+        add(&mut other, &mut state);
+        let with = other.descend(state);
+        let shots: usize = other.samples.iter().map(|sample| sample.block.count_corrected()).sum();
+        let fall = from.cost - with.end.cost;
+        (other, with, Tried { shots, fall, adopted: fall > least })
     };
-    let count = |problem: &Problem| {
-        problem.samples.iter().map(|sample| sample.block.count_corrected()).sum::<usize>()
-    };
-    let Thinned { problem: mut some, state, factor } = thin(problem, &descent.end.state);
+    let Thinned { problem: some, state, factor } = thin(problem, &descent.end.state);
     if factor > 1.0 && least.is_finite() {
-        let without = descend_with_noise(&mut some, state);
-        let (other, _, fall) = attempt(&some, &without);
+        let (_, _, Tried { shots, fall, .. }) = attempt(&some, &some.descend(state).end);
         if fall < 0.0 {
-            let shots = (factor * count(&other) as f64).round() as usize;
+            let shots = (factor * shots as f64).round() as usize;
             return Tried { shots, fall: factor * fall, adopted: false };
         }
     }
-    let (other, with, fall) = attempt(problem, descent);
-    let tried = Tried { shots: count(&other), fall, adopted: fall > least };
+    let (other, with, tried) = attempt(problem, &descent.end);
     if tried.adopted {
-        (*problem, *descent) = (other, with);
+        *problem = other;
+        if problem.is_weighed() {
+            problem.weigh(&with.end.state);
+        }
+        *descent = descend_with_noise(problem, with.end.state);
     }
     tried
 }
