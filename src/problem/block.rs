@@ -27,9 +27,9 @@ impl Block {
     }
 
     /// Returns values of shot `i` after a step, within the bounds of its own unknowns.
-    pub fn bounded(&self, i: usize, own: Own, shared: &Shared) -> Own {
+    pub fn bounded(&self, i: usize, from: &Own, own: Own, shared: &Shared) -> Own {
         match self {
-            Self::Film(film) => film.shots[i].spin.bounded(own, shared),
+            Self::Film(film) => film.shots[i].spin.bounded(from, own),
             Self::Discs(_) => own,
             Self::Rows(rows) => rows.settle(i, own, shared),
         }

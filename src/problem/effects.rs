@@ -2,7 +2,7 @@
 //! enough: a contact that is compliant along its surface, and weight and cloth during the contact.
 
 use super::findings::Finding;
-use super::minimise::{Descent, Thinned, descend_with_noise, thin};
+use super::minimise::{COMPARED_STEPS, Descent, STALL, Thinned, descend, descend_with_noise, thin};
 use super::policy::Policy;
 use super::problem::{Evaluation, Problem, State};
 use super::unknowns::{Id, Mode};
@@ -74,7 +74,7 @@ fn adopt(
     let attempt = |problem: &Problem, from: &Evaluation| {
         let (mut other, mut state) = (problem.clone(), from.state.clone());
         add(&mut other, &mut state);
-        let with = other.descend(state);
+        let with = descend(&other, other.evaluate(state), &other.free(), (COMPARED_STEPS, STALL));
         let shots: usize = other.samples.iter().map(|sample| sample.block.count_corrected()).sum();
         let fall = from.cost - with.end.cost;
         (other, with, Tried { shots, fall, adopted: fall > least })

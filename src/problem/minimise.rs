@@ -27,10 +27,9 @@ const APART: f64 = 0.3;
 /// Unknowns of the first descents: places and scale before all others.
 const COARSE: [Id; 7] = [Id::Mu, Id::E, Id::Scale, Id::Aspect, Id::Shear, Id::PerspectiveX, Id::PerspectiveY];
 
-/// Steps of the first descents, of films and of tables, and of the two best ones over everything
-/// free.
+/// Steps of the first descents, of films and of tables, and of descents whose ends are compared.
 const COARSE_STEPS: [usize; 2] = [10, 3];
-const SECOND_STEPS: usize = 12;
+pub(super) const COMPARED_STEPS: usize = 12;
 
 /// Number of shots of a table that suffices to find the minima of χ².
 pub(super) const ENOUGH_SHOTS: usize = 250;
@@ -80,7 +79,7 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Evaluation> {
     let go_on = |coarse: Evaluation| {
         let own = if is_whole { coarse.state.own } else { start.own.clone() };
         let state = State { own, shared: coarse.state.shared };
-        descend(problem, problem.evaluate(state), &problem.free(), (SECOND_STEPS, STALL)).end
+        descend(problem, problem.evaluate(state), &problem.free(), (COMPARED_STEPS, STALL)).end
     };
     let mut ends = coarse.into_iter().take(2).map(go_on);
     let first = ends.next()?;

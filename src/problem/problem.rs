@@ -381,7 +381,7 @@ impl Reduced {
                 let response = &self.own[s][i].response;
                 let last = response.ncols() - 1;
                 let moved = &*own - response.columns(0, last) * step.rows(0, last) - response.column(last);
-                *own = sample.block.bounded(i, moved, &shared);
+                *own = sample.block.bounded(i, own, moved, &shared);
             });
         }
         state

@@ -311,9 +311,9 @@ impl Solution {
     /// that rolls.
     pub(crate) fn topspins(&self) -> Vec<(String, f64)> {
         let Some(film) = self.problem.film() else { return Vec::new() };
-        let State { own, shared } = self.state();
+        let own = &self.state().own;
         let shots = film.shots.iter().zip(&own[0]).zip(&self.names[0]);
-        shots.map(|((shot, own), name)| (name.clone(), shot.spin.topspin_of(own, shared))).collect()
+        shots.map(|((shot, own), name)| (name.clone(), shot.spin.topspin_of(own))).collect()
     }
 
     /// Returns whether the data determine a wanted unknown weakly: its error is more than half of

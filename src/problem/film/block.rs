@@ -10,7 +10,7 @@ use super::dual::{INPUTS, gradient};
 use super::impact::{Contact, Correction};
 use super::motion::{COEFFICIENTS, Piece, Struck, cue_before, own_inputs};
 use super::own::{self, OWN};
-use super::spins::{ShotSpin, States};
+use super::spins::{OFF_CORNER, ShotSpin, States};
 use crate::physics::collision::NotACollision;
 use crate::problem::frames::{Columns, Frame, Sight, add_track, rows, whiten};
 use crate::problem::loss::ShotLoss;
@@ -69,8 +69,12 @@ impl FilmBlock {
     /// Returns the sums of residuals and derivatives of a shot, in units of the noise of each ball;
     /// they include the prior of its spin.
     pub(crate) fn contribute(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> Contribution {
-        let mut sums = self.add_frames(shot, own, shared);
-        shot.spin.constrain(own, shared, &self.spreads, &mut sums);
+        let add_up = |own: &Own| {
+            let mut sums = self.add_frames(shot, own, shared);
+            shot.spin.constrain(own, shared, &self.spreads, &mut sums);
+            sums
+        };
+        let mut sums = if shot.spin.is_at_corner(own) { from_corner(own, add_up) } else { add_up(own) };
         if let Some((loss, distance)) = self.loss.zip(distance(&sums)) {
             sums.weigh(loss, distance);
         }
@@ -157,7 +161,7 @@ impl FilmBlock {
         };
         let start = own.iter().copied().chain(ids.iter().map(|id| shared[*id]));
         let start = Own::from_iterator(OWN + ids.len(), start);
-        let bounded = |x: Own| shot.spin.bounded(x, shared);
+        let bounded = |x: Own| shot.spin.within(x);
         let (x, sums) = settle(start, ids, stop, |x: &Own| self.contribute(shot, x, &with(x)), bounded);
         *shared = with(&x);
         (x.rows(0, OWN).into_owned(), sums)
@@ -205,6 +209,22 @@ impl FilmBlock {
             noise.sd *= factor;
         }
     }
+}
+
+/// Returns the sums on the side of a corner on which χ² decreases; if it is least there, with the
+/// topspin held.
+fn from_corner(own: &Own, add_up: impl Fn(&Own) -> Contribution) -> Contribution {
+    let beside = |topspin: f64| {
+        let mut own = own.clone();
+        own[own::TOPSPIN] = topspin;
+        add_up(&own)
+    };
+    let [mut draw, top] = [-OFF_CORNER, OFF_CORNER].map(beside);
+    if top.slope(own::TOPSPIN) < 0.0 {
+        return top;
+    }
+    draw.held[own::TOPSPIN] |= draw.slope(own::TOPSPIN) < 0.0;
+    draw
 }
 
 /// Returns how far outcome offsets are from 0 in their standard deviations; `None` if the frames do
@@ -298,8 +318,7 @@ impl FilmBlock {
         if spin.states == States::Measured || spin.rolls {
             start[own::TOPSPIN] = 0.0;
         } else if !is_same {
-            let topspin = if spin.bounds[0] < 0.0 { SLIDE_START } else { spin.bounds[0] + SLIDE_START };
-            start[own::TOPSPIN] = topspin - spin.mean(shared);
+            start[own::TOPSPIN] = SLIDE_START + spin.bounds[0].max(0.0);
         }
         let shot = FilmedShot { spin, ..shot.clone() };
         let (own, sums) = self.settle(&shot, start, (&mut shared.clone(), &[]), JUDGED);

@@ -194,7 +194,7 @@ pub(crate) fn spin_freely(
         return None;
     }
     let sliding = shots.iter().zip(&state.own[0]).filter(|(shot, _)| !shot.spin.rolls);
-    let topspins: Vec<f64> = sliding.map(|(shot, own)| shot.spin.topspin_of(own, &state.shared)).collect();
+    let topspins: Vec<f64> = sliding.map(|(shot, own)| shot.spin.topspin_of(own)).collect();
     let sliding = topspins.len();
     let topspin = if sliding == 0 { 1.0 } else { topspins.iter().sum::<f64>() / sliding as f64 };
     let finding = Some(Finding::Spins { fall, topspin, sliding });

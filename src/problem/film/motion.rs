@@ -134,7 +134,8 @@ pub(super) fn own_inputs(values: &Own) -> [Dual; OWN] {
 /// Returns the cue ball just before the impact, in the collision frame.
 pub(super) fn cue_before(spin: &ShotSpin, shared: &Shared, inputs: &[Dual; OWN], ball: &Ball) -> Side {
     let [along, across] = [inputs[own::ALONG], inputs[own::ACROSS]];
-    let topspin = spin.mean.map_or(constant(0.0), |id| shared.dual(id)) + inputs[own::TOPSPIN];
+    let rolling = spin.mean.filter(|id| *id == Id::Roll);
+    let topspin = rolling.map_or(constant(0.0), |id| shared.dual(id)) + inputs[own::TOPSPIN];
     let velocity = DualVector::new(along, across);
     let side = inputs[own::SIDE] * norm(&velocity);
     let mut turning = [-across * topspin, along * topspin, side];

@@ -10,7 +10,7 @@ use super::camera::Point;
 use super::impact::{Contact, Correction};
 use super::own;
 use super::priors::list_unknowns;
-use super::spins::{SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD, first_spreads};
+use super::spins::{OFF_CORNER, SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD, first_spreads};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Model, NotACollision};
@@ -40,10 +40,6 @@ pub(crate) struct PlannedShot {
 
 /// Steps towards a spread, as many as fits take at most.
 const SPREAD_STEPS: usize = 10;
-
-/// Topspin, over natural roll, of every other shot without one; the others have as much draw. The
-/// outcome has a corner at 0, on either side of which fits find half of such shots.
-const OFF_CORNER: f64 = 1e-10;
 
 /// How many shots are planned, and how they are filmed.
 #[derive(Clone, Copy, Debug)]
@@ -115,6 +111,7 @@ impl PlannedShot {
         film: &FilmBlock,
         shared: &Shared,
     ) -> Result<(FilmedShot, Own), NotACollision> {
+        // of shots without topspin fits find half on either side of the corner
         let side = if i.is_multiple_of(2) { OFF_CORNER } else { -OFF_CORNER };
         let topspin = if self.topspin == 0.0 { side } else { self.topspin };
         let radius = film.contact.object().radius;
@@ -127,8 +124,8 @@ impl PlannedShot {
         };
         let [x, y] = self.place;
         let mut own = Own::from_vec(vec![self.instant, x, y, self.direction, along, across, 0.0, 0.0]);
-        if spin.mean.is_some() {
-            own[own::TOPSPIN] = topspin - spin.mean(shared);
+        if !spin.rolls && spin.measured.is_none() {
+            own[own::TOPSPIN] = topspin;
         }
         let mut shot = FilmedShot {
             tracks: Arc::default(),

@@ -178,14 +178,14 @@ impl Solution {
     pub fn motion(&self, i: usize) -> Option<Motion> {
         let fitted = self.film_shot(i)?;
         let [cue, object] = fitted.struck()?.after.map(|ball| ball.velocity.map(|v| v.re));
-        let Fitted { shot, own, shared, .. } = fitted;
+        let Fitted { shot, own, .. } = fitted;
         let [along, across] = [own[own::ALONG], own[own::ACROSS]];
         Some(Motion {
             cut: across.atan2(along),
             speed: along.hypot(across),
             direction: own[own::DIRECTION],
             after: [cue.x, cue.y, object.x, object.y],
-            topspin: shot.spin.topspin_of(own, &shared),
+            topspin: shot.spin.topspin_of(own),
         })
     }
 
@@ -195,7 +195,7 @@ impl Solution {
     pub(crate) fn own_estimates(&self, i: usize, [x, y]: [f64; 2]) -> Option<Vec<OwnEstimate>> {
         let fitted = self.film_shot(i)?;
         let struck = fitted.struck()?;
-        let Fitted { shot, own, shared, .. } = fitted;
+        let Fitted { shot, own, .. } = fitted;
         let held = &self.at.shots.first()?.get(i)?.held;
         let reduced = self.at.eliminate(&self.problem, 0.0)?;
         let covariance = self.covariance.shot_covariance(&reduced, (0, i), held);
@@ -212,7 +212,7 @@ impl Solution {
             ("cue_vy", velocity.y),
         ];
         if !shot.spin.rolls {
-            all.push(("cue_topspin_of_roll", inputs[own::TOPSPIN] + shot.spin.mean(&shared)));
+            all.push(("cue_topspin_of_roll", inputs[own::TOPSPIN]));
         }
         all.push(("cue_side_spin_of_speed", inputs[own::SIDE]));
         let estimate = |(column, value): (&'static str, Dual)| {

@@ -6,12 +6,14 @@
 //! A shot whose state is not stated is in the likeliest of several, each with bounds of its own,
 //! within which χ² is smooth.
 
+use nalgebra::DVector;
+
 use super::camera::Point;
-use super::own;
+use super::own::{self, OWN};
 use crate::measurement::spin::Spin;
 use crate::numerics::{EXACT, SIGNIFICANT};
 use crate::physics::ball::Vec3;
-use crate::problem::sums::{Contribution, OwnPrior, Spread};
+use crate::problem::sums::{Contribution, OwnPrior, Scattered, Spread};
 use crate::problem::unknowns::{Id, Normal, Own, Shared};
 
 /// Bounds of the topspin of a ball that slides, over natural roll. Its surface is never faster than
@@ -41,12 +43,15 @@ pub(super) fn first_spreads(side_sd: f64) -> [Spread; 2] {
     [topspin, if side_sd > 0.0 { side_sd } else { side }].map(|first| Spread::first(first, LEAST_SPREAD))
 }
 
+/// Topspin or draw of a ball next to the corner of its outcome between both.
+pub(super) const OFF_CORNER: f64 = 1e-10;
+
 /// The spin of one shot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShotSpin {
     /// Whether the cue ball rolls before the impact; else it slips as its spin makes it.
     pub(crate) rolls: bool,
-    /// Shared unknown that the topspin is counted from.
+    /// Shared unknown that the topspin of a ball that rolls is, and that of others scatters about.
     pub(crate) mean: Option<Id>,
     /// Measured spin in the table frame, rad/s.
     pub(crate) measured: Option<Vec3>,
@@ -156,23 +161,34 @@ impl ShotSpin {
         self.bounds == other.bounds && self.rolls == other.rolls
     }
 
-    /// Returns the topspin that the shot's own is counted from.
-    pub fn mean(&self, shared: &Shared) -> f64 {
-        self.mean.map_or(0.0, |id| shared[id])
-    }
-
     /// Returns the topspin of a shot over natural roll; 1 for a ball that rolls.
-    pub(crate) fn topspin_of(&self, own: &Own, shared: &Shared) -> f64 {
-        if self.rolls { 1.0 } else { self.mean(shared) + own[own::TOPSPIN] }
+    pub(crate) fn topspin_of(&self, own: &Own) -> f64 {
+        if self.rolls { 1.0 } else { own[own::TOPSPIN] }
     }
 
     /// Returns values whose topspin is within the bounds.
-    pub fn bounded(&self, mut values: Own, shared: &Shared) -> Own {
-        if self.bounds != UNBOUNDED {
-            let mean = self.mean(shared);
-            values[own::TOPSPIN] = (values[own::TOPSPIN] + mean).clamp(self.bounds[0], self.bounds[1]) - mean;
-        }
+    pub fn within(&self, mut values: Own) -> Own {
+        values[own::TOPSPIN] = values[own::TOPSPIN].clamp(self.bounds[0], self.bounds[1]);
         values
+    }
+
+    /// Returns the values after a step, which ends where topspin becomes draw.
+    pub fn bounded(&self, from: &Own, mut values: Own) -> Own {
+        if self.has_corner() && from[own::TOPSPIN] * values[own::TOPSPIN] < 0.0 {
+            values[own::TOPSPIN] = 0.0;
+        }
+        self.within(values)
+    }
+
+    /// Returns whether χ² has a corner where topspin becomes draw: friction lifts the cue ball or the
+    /// object ball.
+    fn has_corner(&self) -> bool {
+        self.mean == Some(Id::Slide)
+    }
+
+    /// Returns whether the values are at that corner.
+    pub(super) fn is_at_corner(&self, own: &Own) -> bool {
+        self.has_corner() && own[own::TOPSPIN].abs() < EXACT
     }
 
     /// Returns what is known of topspin and side spin, each with its place.
@@ -189,12 +205,19 @@ impl ShotSpin {
         spreads: &[Spread; 2],
         sums: &mut Contribution,
     ) {
-        for (place, prior) in self.priors() {
-            sums.add_prior((place, prior), values[place], spreads);
+        sums.add_prior((own::SIDE, self.side), values[own::SIDE], spreads);
+        let (place, value) = (own::TOPSPIN, values[own::TOPSPIN]);
+        match (self.topspin, self.mean) {
+            (OwnPrior::Spread(spread), Some(mean)) => {
+                let mut by = DVector::zeros(sums.products.ncols() - 1);
+                (by[place], by[OWN + mean as usize]) = (1.0, -1.0);
+                sums.add_scattered(Scattered { spread, place, value: value - shared[mean], by }, spreads);
+            }
+            (prior, _) => sums.add_prior((place, prior), value, spreads),
         }
-        let (value, slope) = (values[own::TOPSPIN] + self.mean(shared), sums.slope(own::TOPSPIN));
+        let slope = sums.slope(place);
         let is_at = |bound: f64| (value - bound).abs() < EXACT;
         let presses = is_at(self.bounds[0]) && slope > 0.0 || is_at(self.bounds[1]) && slope < 0.0;
-        sums.held[own::TOPSPIN] |= presses;
+        sums.held[place] |= presses;
     }
 }
