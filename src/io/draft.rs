@@ -174,7 +174,7 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
         lines => if surveys.is_empty() { first_lines(&first.file) } else { Vec::new() },
         table => table.as_ref().map(|table| table.display().to_string()),
         table_name => table.as_deref().and_then(Path::file_name).and_then(OsStr::to_str).map(toml),
-        columns_of_shots => KNOWN[1..].join(", "),
+        columns_of_shots => KNOWN.split(' ').skip(1).collect::<Vec<_>>().join(", "),
         ..context! { ..lengths(&surveys, draft.are_discs), ..tracks_of(&surveys, &tracks) }
     };
     draft.add(&Sentences::of(TEMPLATE).sentence(values));

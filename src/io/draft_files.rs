@@ -169,7 +169,7 @@ fn look(file: &Path) -> Result<Seen, Problem> {
 pub(super) fn is_shots_table(file: &Path) -> bool {
     let names = header(&std::fs::read(file).unwrap_or_default());
     let has = |name: &str| names.iter().any(|own| own == name);
-    has("shot") && KNOWN[1..].iter().any(|known| has(known)) && !["cut_deg", "nx", "x"].into_iter().any(has)
+    has("shot") && KNOWN.split(' ').skip(1).any(has) && !["cut_deg", "nx", "x"].into_iter().any(has)
 }
 
 /// Returns the names of the columns in the first line that is not blank or a comment.

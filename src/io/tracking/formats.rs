@@ -9,7 +9,7 @@ use super::settings::Format;
 use super::units::Unit;
 use super::words::{BALLS, Kind, SHOTS, boxes, find, pairs};
 use crate::io::number::{parse, value};
-use crate::io::rows::near_miss;
+use crate::io::table::near_miss;
 use crate::io::text::{Separator, filled_lines, lines, trimmed};
 
 /// Function that returns the layout of a file that begins with these lines; `None` if the file is

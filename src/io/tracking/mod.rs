@@ -63,7 +63,7 @@ pub(super) fn metres(unit: &str) -> Option<f64> {
 pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Source) -> Tracks {
     let (path, problems) = (source.path, source.problems);
     let table = ShotsTable::read(settings, manifest.assume, problems);
-    if let Some(by) = manifest.dataset.by.as_ref().filter(|by| !table.labels.contains(by)) {
+    if let Some(by) = manifest.dataset.by.as_ref().filter(|by| !table.others.labels.contains_key(*by)) {
         let message =
             format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
         source.wrong("fit.by", message);
