@@ -87,8 +87,8 @@ pub(crate) fn collide_all(
 ) -> Result<Vec<Computed>, DatasetError> {
     let problems = Problems::new(format!("the cases {} cannot be computed:", path.display()));
     let columns: Vec<Column> = NUMBERS.split(' ').chain(OPTIONAL).map(|name| (name, 1.0, FINITE)).collect();
-    let table = Table::read(path, &problems, "name", &columns, &format!("name {NUMBERS}"));
-    let Some(table) = table else { return Err(problems.into_error()) };
+    let Some(table) = Table::read(path, &problems) else { return Err(problems.into_error()) };
+    let table = table.with("name", &columns, &format!("name {NUMBERS}"));
     let mut collided = Vec::new();
     for row in table.rows() {
         let at = |column| table.at(column, row).map(|number| number.value);

@@ -8,8 +8,7 @@ use super::error::Problem;
 use super::table::separator;
 use super::text::{Separator, decode, filled_lines, trimmed, without_separator_line};
 use super::tracking::shots_table::KNOWN;
-use super::tracking::{TRACKER_PROJECT, is_tracker_project};
-use super::{Survey, survey};
+use super::tracking::{Survey, TRACKER_PROJECT, is_tracker_project};
 
 /// Endings of tables, if a folder is named.
 const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
@@ -108,7 +107,7 @@ pub(super) fn look_at(files: &[PathBuf], found: &mut Vec<String>) -> Result<Vec<
     for file in files {
         let now = look(file);
         let is_unclear = match &now {
-            Ok(Seen { survey: Some(survey), .. }) => survey.tracks.is_empty() && survey.problems.is_empty(),
+            Ok(Seen { survey: Some(survey), .. }) => survey.is_empty(),
             Ok(now) => now.kind == "tracks" && is_no_table(file),
             Err(_) => is_no_table(file),
         };
@@ -156,7 +155,7 @@ fn look(file: &Path) -> Result<Seen, Problem> {
     } else if has("cut_deg") {
         return Ok(Seen { kind: "angles", has_spins: has("cue_spin") || has("omega_x"), ..seen });
     }
-    match survey(file) {
+    match Survey::of(file) {
         Err(problems) if names[0].starts_with(['{', '[']) => {
             let why = problems.first().map_or(String::new(), |first| first.to_string());
             let what = "expected a table of tracks or measurements, or an array of shots in JSON";

@@ -30,7 +30,6 @@ use crate::measurement::dataset::{Dataset, Shot};
 pub use error::{DatasetError, Problem};
 pub use manifest::Kind;
 pub use positions::positions;
-pub(crate) use tracking::{Survey, survey};
 
 /// Loads a data set from a folder that holds a dataset.toml, or from the path of such a file.
 ///

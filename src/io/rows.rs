@@ -49,11 +49,12 @@ pub(crate) fn add(dataset: &mut Dataset, file: &Path, kind: Kind, assume: Stated
     let observed = observables.iter().map(|one| (one.column(), one.unit_si(), FINITE));
     let spins = omega.map(|name| (name, 1.0, FINITE));
     let columns: Vec<Column> = before.iter().copied().chain(observed).chain(spins).collect();
-    let Some(table) = Table::read(file, source.problems, "shot cue_spin", &columns, required) else { return };
+    let Some(table) = Table::read(file, source.problems) else { return };
     let by = dataset.by.as_deref();
     if let Some(by) = by {
         check_label(by, &table, source);
     }
+    let table = table.with("shot cue_spin", &columns, required);
     check_observed(&table, observables);
     for (row, stated) in table.spins(omega, assume).into_iter().enumerate() {
         let at = |column: &str| table.at(column, row);

@@ -43,31 +43,25 @@ struct Record {
 }
 
 impl<'a> Table<'a> {
-    /// Reads columns of texts and of numbers, without comments (`#`) and lines of blanks and commas
-    /// only. Complains about names that are nearly known, about columns that must exist and have no
-    /// gaps (`required`, with blanks between them), about numbers out of range and standard
-    /// deviations that are not positive. `None`, with a problem, if the file cannot be read.
-    pub(crate) fn read(
-        path: &Path,
-        problems: &'a Problems,
-        texts: &'static str,
-        columns: &[Column],
-        required: &str,
-    ) -> Option<Self> {
-        let mut table = Self::records(path, problems)?;
-        table.known = texts.split(' ').chain(columns.iter().map(|(name, ..)| *name)).collect();
-        table.check_names(required);
+    /// Reads columns of texts and of numbers. Complains about names that are nearly known, about
+    /// columns that must exist and have no gaps (`required`, with blanks between them), about
+    /// numbers out of range and standard deviations that are not positive.
+    pub(crate) fn with(mut self, texts: &'static str, columns: &[Column], required: &str) -> Self {
+        self.known = texts.split(' ').chain(columns.iter().map(|(name, ..)| *name)).collect();
+        self.check_names(required);
         for (name, unit_si, range) in columns {
-            let Some(values) = table.column(name, *unit_si, *range, "out of range") else { continue };
-            let sds = table.column(&format!("{name}_sd"), *unit_si, POSITIVE, "not a standard deviation");
+            let Some(values) = self.column(name, *unit_si, *range, "out of range") else { continue };
+            let sds = self.column(&format!("{name}_sd"), *unit_si, POSITIVE, "not a standard deviation");
             let sd = |row: usize| sds.as_ref().and_then(|sds| sds[row]);
             let measured = |(row, value): (usize, Option<f64>)| Some(Measured { value: value?, sd: sd(row) });
-            table.numbers.insert(*name, values.into_iter().enumerate().map(measured).collect());
+            self.numbers.insert(*name, values.into_iter().enumerate().map(measured).collect());
         }
-        Some(table)
+        self
     }
 
-    fn records(path: &Path, problems: &'a Problems) -> Option<Self> {
+    /// Reads the rows of a file without comments (`#`) and lines of blanks and commas only. `None`,
+    /// with a problem, if it cannot be read.
+    pub(crate) fn read(path: &Path, problems: &'a Problems) -> Option<Self> {
         let text = read_utf8(path, problems)?;
         let (text, stated) = without_separator_line(text.into());
         let separator = stated.unwrap_or_else(|| separator(&text));

@@ -12,6 +12,7 @@ mod columns;
 mod discs;
 mod finish;
 mod formats;
+mod guess;
 mod heading;
 mod input;
 mod json;
@@ -47,17 +48,11 @@ use super::toml_file::Source;
 use crate::measurement::dataset::Tracks;
 use crate::measurement::track::TrackShot;
 
-pub(super) use column_names::Column;
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
-pub(crate) use survey::{Survey, survey};
+pub(crate) use survey::Survey;
 
 /// Least number of shots that a core gets at a time.
 const MIN_SHOTS_PER_CORE: usize = 64;
-
-/// Returns the metres of a unit of dataset.toml; `None` for pixels.
-pub(super) fn metres(unit: &str) -> Option<f64> {
-    Unit::of(unit)?.metres().map(|(times, over)| times / over)
-}
 
 /// Loads every file of the manifest; adds to the problems.
 pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Source) -> Tracks {

@@ -1,7 +1,7 @@
 //! `[tracks] shots`: properties of single shots that no camera sees, a row per shot.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use indexmap::IndexMap;
 
@@ -71,10 +71,10 @@ impl<'a> ShotsTable<'a> {
         };
         let path = settings.shots.clone().unwrap_or_default();
         let mut all = Self { path, problems, rows: IndexMap::new(), others, note: None, has_rates: false };
+        let read = |path: &PathBuf| Table::read(path, problems);
+        let Some(table) = settings.shots.as_ref().and_then(read) else { return all };
         let [x, y, z] = OMEGA.map(|name| (name, 1.0, FINITE));
-        let columns = [x, y, z, ("capture_fps", 1.0, POSITIVE)];
-        let read = |path: &Path| Table::read(path, problems, KNOWN, &columns, "shot");
-        let Some(table) = settings.shots.as_deref().and_then(read) else { return all };
+        let table = table.with(KNOWN, &[x, y, z, ("capture_fps", 1.0, POSITIVE)], "shot");
         all.note = table.note(None);
         all.others.labels = table.labels().map(|label| (label.to_owned(), String::new())).collect();
         for (row, stated) in table.spins(OMEGA, assumed).into_iter().enumerate() {
