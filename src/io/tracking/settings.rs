@@ -202,7 +202,7 @@ impl TrackSettings {
     pub(crate) fn checked(mut self, source: &Source) -> Self {
         self.camera.check(source);
         if let Some(columns) = &self.tracks.columns {
-            column_names::check(columns, self.discs, source);
+            column_names::check(columns, source);
         }
         let (is_px, has_points) = (self.unit() == Some(Unit::Px), !self.scale.point.is_empty());
         let is_up = self.scale.y_axis.map(|axis| axis == YAxis::Up);
