@@ -141,7 +141,11 @@ fn kinovea(headings: &[Heading], input: &Input) -> Option<Layout> {
         // an object of one point is called by the object's name
         let object = stem.rsplit_once('/').map_or(*stem, |(object, _)| object);
         let points = stems.iter().filter(|other| other.starts_with(&format!("{object}/"))).count();
-        axes(&heading, if points > 1 { stem } else { object }, &format!("{stem}/"), input)
+        let [x, y] = ["X", "Y"].map(|axis| heading.position(&format!("{stem}/{axis}")));
+        if y.is_none() {
+            input.wrong(heading.line, None, format!("a column {stem}/Y is missing; expected both"));
+        }
+        Some(Body::new(if points > 1 { *stem } else { object }, [x?, y?]))
     };
     let block = Block::below(&heading, stems.iter().map(body).collect::<Option<_>>()?);
     let has_unit = heading.has_unit(0);
@@ -183,13 +187,23 @@ fn sections(input: &Input) -> Layout {
     Layout { clock: Clock::default(), ..layout }
 }
 
-/// Finds exports of Qualisys Track Manager: keys above the rows, three columns for each marker.
+/// Finds exports of Qualisys Track Manager: keys above the rows, three columns for each marker,
+/// perhaps below their names and behind columns of frames and times.
 fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
+    const TAB: Separator = Separator::Char('\t');
     let (_, first) = filled_lines(input.text).next()?;
     if !["NO_OF_FRAMES", "FILE_VERSION"].iter().any(|key| first.starts_with(key)) {
         return None;
     }
-    let (header, width) = qualisys_header(input.text);
+    let mut header: Vec<Vec<String>> = Vec::new();
+    let mut rows = lines(input.text).map_while(|(_, text)| trimmed(text, TAB)).peekable();
+    // the first row may begin with a gap
+    let is_row = |header: &[Vec<String>], row: &[String]| {
+        header.iter().any(|above| above[0] == "MARKER_NAMES") && row.len() > 1 && parse(&row[0]).is_ok()
+    };
+    while let Some(row) = rows.next_if(|row| !is_row(&header, row)) {
+        header.push(row);
+    }
     let values = |key: &str| header.iter().find(|row| row[0] == key).map(|row| &row[1..]);
     let number = |key: &str| value(values(key)?.first()?);
     let fps = number("FREQUENCY").filter(|fps| *fps > 0.0);
@@ -199,56 +213,27 @@ fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
         input.wrong(None, None, message);
         return None;
     };
-    let is_of_names =
-        |row: &&Vec<String>| row[0] != "MARKER_NAMES" && row.iter().any(|cell| cell.ends_with(" X"));
-    let above = header.len();
     let markers: Vec<&String> = markers.iter().filter(|name| !name.is_empty()).collect();
-    let names = header.iter().rev().find(is_of_names).cloned().unwrap_or_else(|| {
-        // without a row of names: the columns of the format
-        let counted = if width == 3 * markers.len() + 2 { &["Frame", "Time"][..] } else { &[] };
-        let names = markers.iter().flat_map(|name| ["X", "Y", "Z"].map(|axis| format!("{name} {axis}")));
-        counted.iter().map(ToString::to_string).chain(names).collect()
-    });
-    let heading = Heading::plain(above, above, Separator::Char('\t'), names);
-    let body = |name: &&String| axes(&heading, name, &format!("{name} "), input);
-    let bodies = markers.iter().map(body).collect::<Option<_>>()?;
-    let (frame, time) = (heading.position("Frame"), heading.position("Time"));
-    if let (Some(frame), Some(time)) = (frame, time) {
-        Rows::of(input.text, &heading).check_clock(&heading, [frame, time], fps, input);
+    let width =
+        rows.peek().map_or(0, |row| row.len() - usize::from(row.last().is_some_and(String::is_empty)));
+    let is_counted = values("Frame").is_some() || width == 3 * markers.len() + 2;
+    let counts = if is_counted { &["Frame", "Time"][..] } else { &[] };
+    let names = markers.iter().flat_map(|name| ["X", "Y", "Z"].map(|axis| format!("{name} {axis}")));
+    let names = counts.iter().map(ToString::to_string).chain(names).collect();
+    let heading = Heading::plain(header.len(), header.len(), TAB, names);
+    let bodies =
+        markers.iter().zip((counts.len()..).step_by(3)).map(|(name, x)| Body::new(*name, [x, x + 1]));
+    if is_counted {
+        Rows::of(input.text, &heading).check_clock(&heading, [0, 1], fps, input);
     }
-    let rows = filled_lines(input.text).filter(|(line, _)| *line > above).count();
+    let rows = heading.lines_below(input.text).count();
     if let Some(stated) = number("NO_OF_FRAMES").filter(|stated| *stated != rows as f64) {
         let message = format!("says {stated} frames, but there are {rows} rows");
         input.log.add(Subject::Gaps, None, message);
     }
-    let block = Block::below(&heading, bodies);
-    let time = frame.map(|frame| (frame, true)).or(time.map(|time| (time, false)));
+    let block = Block::below(&heading, bodies.collect());
+    let time = is_counted.then_some((0, true));
     let layout = Layout::new(Format::Qualisys, heading, vec![block], time, input);
     let clock = Clock { fps: Some(fps), ..layout.clock };
     Some(Layout { unit: Some(Unit::Mm), clock, ..layout })
-}
-
-/// Returns the body at the columns whose names are these beginnings with X and Y.
-fn axes(heading: &Heading, name: &str, begin: &str, input: &Input) -> Option<Body> {
-    let [x, y] = ["X", "Y"].map(|axis| heading.position(&format!("{begin}{axis}")));
-    if x.is_none() || y.is_none() {
-        let message = format!("a column {begin}X or {begin}Y is missing; expected both");
-        input.wrong(heading.line, None, message);
-    }
-    Some(Body::new(name, [x?, y?]))
-}
-
-/// Returns the lines above the rows, and the width of the first row.
-fn qualisys_header(text: &str) -> (Vec<Vec<String>>, usize) {
-    let mut header: Vec<Vec<String>> = Vec::new();
-    for row in lines(text).map_while(|(_, text)| trimmed(text, Separator::Char('\t'))) {
-        let has_markers = header.iter().any(|above| above[0] == "MARKER_NAMES");
-        // the first row may begin with a gap
-        if has_markers && row.len() > 1 && parse(&row[0]).is_ok() {
-            let is_open = row.last().is_some_and(String::is_empty);
-            return (header, row.len() - usize::from(is_open));
-        }
-        header.push(row);
-    }
-    (header, 0)
 }
