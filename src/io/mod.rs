@@ -4,7 +4,6 @@
 pub(crate) mod balls;
 pub(crate) mod cases;
 pub(crate) mod draft;
-mod draft_files;
 pub(crate) mod error;
 mod fit_section;
 mod manifest;

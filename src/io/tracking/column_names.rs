@@ -6,7 +6,7 @@ use indexmap::IndexMap;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
-use super::units::{AngleUnit, Measure};
+use super::units::Unit;
 use crate::io::toml_file::Source;
 
 /// A column of `[tracks.columns]`, or the unit of angles.
@@ -49,7 +49,7 @@ fn keys() -> impl Iterator<Item = String> {
 pub(super) fn schema_of_columns(generator: &mut SchemaGenerator) -> Schema {
     let column = generator.subschema_for::<Column>();
     let mut properties: IndexMap<String, Schema> = keys().map(|key| (key, column.clone())).collect();
-    let units = json_schema!({ "type": "string", "enum": AngleUnit::ALL.map(AngleUnit::name) });
+    let units = json_schema!({ "type": "string", "enum": Unit::Rad.names_alike() });
     properties.insert(ANGLE_UNIT.to_owned(), units);
     let each = ["", "cue_", "object_"];
     let pairs = each.into_iter().flat_map(|begin| PAIRS.map(|pair| pair.map(|key| format!("{begin}{key}"))));
@@ -71,7 +71,7 @@ pub(super) fn check(columns: &Columns, source: &Source) {
 }
 
 /// Returns the unit of angles that `[tracks.columns]` states.
-pub(super) fn angle_unit(columns: &Columns) -> Option<AngleUnit> {
+pub(super) fn angle_unit(columns: &Columns) -> Option<Unit> {
     let Column::Name(word) = columns.get(ANGLE_UNIT)? else { return None };
-    if let Measure::Angle(unit) = Measure::of(word)? { Some(unit) } else { None }
+    Unit::of(word)
 }

@@ -5,7 +5,7 @@ use super::heading::{Heading, Rows, headings};
 use super::input::{Input, Subject};
 use super::layout::{Block, Body, Layout};
 use super::settings::Format;
-use super::units::{AngleUnit, Measure, TimeUnit};
+use super::units::Unit;
 use super::words::{FRAMES, TIMES, find};
 use crate::io::error::did_you_mean;
 use crate::io::number::{shortened, value};
@@ -44,12 +44,11 @@ pub(super) fn layout(input: &Input, wanted: &Columns) -> Option<Layout> {
     Some(Layout { shot, ..Layout::new(Format::Columns, heading, vec![block], time, input) })
 }
 
-fn angle_unit_of(heading: &Heading, column: usize, wanted: &Columns, input: &Input) -> Option<AngleUnit> {
-    let stated = angle_unit(wanted).map(Measure::Angle);
-    let stated = stated.map(|unit| (unit, "[tracks.columns] angle_unit states".to_string()));
-    let unit = heading.unit([column], Measure::Angle(AngleUnit::Radians), stated, input);
-    if let Some(Measure::Angle(unit)) = unit {
-        return Some(unit);
+fn angle_unit_of(heading: &Heading, column: usize, wanted: &Columns, input: &Input) -> Option<Unit> {
+    let stated = angle_unit(wanted).map(|unit| (unit, "[tracks.columns] angle_unit states".to_string()));
+    let unit = heading.unit([column], Unit::Rad, stated, input);
+    if unit.is_some() {
+        return unit;
     }
     let message =
         "the unit of these angles is not stated; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"";
@@ -72,7 +71,7 @@ fn unnamed_time(
     let time = find(&names, TIMES).filter(grows);
     let rate = input.settings.followed_fps();
     if let (Some(frame), Some(time), Some(rate)) = (frame, time, rate)
-        && heading.time(time, input) == TimeUnit::S
+        && heading.time(time, input) == Unit::S
     {
         rows.check_clock(heading, [frame, time], rate, input);
     }

@@ -1,9 +1,8 @@
 //! Conversion of a file's rows to a shot: balls, times, and positions in metres.
 
 use super::calibration::Calibration;
-use super::discs;
 use super::input::{Log, Subject};
-use super::names::{assign, number_twins};
+use super::names::{assign, find_discs, number_twins};
 use super::raw::{RawShot, RawTrack, Role, Row, sorted};
 use super::repair::{self, Wrong};
 use super::settings::TrackSettings;
@@ -34,7 +33,7 @@ pub(super) fn shot(
     let calibration = settings.calibration(raw.unit);
     number_twins(&mut raw.tracks);
     if settings.discs && !settings.states_balls() && !facts.names_balls {
-        discs::find(&raw, &calibration, &mut facts, log).map_err(|wrong| vec![wrong])?;
+        find_discs(&raw, &calibration, &mut facts, log).map_err(|wrong| vec![wrong])?;
     }
     if let Err(mut wrong) = assign(&mut raw, &facts.names, log) {
         // wrong names in the table of shots are its fault, not the shot's

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use super::clock::is_clock;
 use super::input::Input;
 use super::time::{first_apart, resolution};
-use super::units::{Measure, TimeUnit, Unit};
+use super::units::Unit;
 use crate::io::number::{parse, value};
 use crate::io::text::{Separator, filled_lines, trimmed, unmarked};
 
@@ -34,7 +34,7 @@ pub(super) struct Heading {
     pub(crate) names: Vec<String>,
     /// `names` without the units.
     pub(crate) bare: Vec<String>,
-    units: Vec<Option<Measure>>,
+    units: Vec<Option<Unit>>,
 }
 
 /// Returns the first lines of a text, comments not counted, each split by every separator.
@@ -117,16 +117,16 @@ impl Heading {
     pub(super) fn unit(
         &self,
         columns: impl IntoIterator<Item = usize>,
-        like: Measure,
-        mut stated: Option<(Measure, String)>,
+        like: Unit,
+        mut stated: Option<(Unit, String)>,
         input: &Input,
-    ) -> Option<Measure> {
+    ) -> Option<Unit> {
         for column in columns {
             let Some(unit) = self.units[column] else { continue };
             let name = self.bare[column].as_str();
             let expected = match &stated {
                 Some((other, place)) if *other != unit => format!("{}, as {place}", other.name()),
-                None if !unit.is_like(like) => format!("a unit like {}", like.name()),
+                None if unit.quantity() != like.quantity() => format!("a unit like {}", like.name()),
                 _ => {
                     stated.get_or_insert_with(|| (unit, format!("in the column {name}")));
                     continue;
@@ -138,22 +138,19 @@ impl Heading {
     }
 
     /// Returns the unit of a column of time, seconds by default; complains of a contradiction.
-    pub(super) fn time(&self, column: usize, input: &Input) -> TimeUnit {
+    pub(super) fn time(&self, column: usize, input: &Input) -> Unit {
         let stated = input.settings.tracks.time_unit;
-        let stated = stated.map(|unit| (Measure::Time(unit), "[tracks] time_unit states".to_string()));
-        match self.unit([column], Measure::Time(TimeUnit::S), stated, input) {
-            Some(Measure::Time(unit)) => unit,
-            _ => TimeUnit::S,
-        }
+        let stated = stated.map(|unit| (unit, "[tracks] time_unit states".to_string()));
+        self.unit([column], Unit::S, stated, input).unwrap_or(Unit::S)
     }
 
     /// Returns the units in a further line of the header: a line of units, in brackets or not, or
     /// of other names without a number; `None` for a row.
-    fn further(&self, row: &str) -> Option<Vec<Option<Measure>>> {
+    fn further(&self, row: &str) -> Option<Vec<Option<Unit>>> {
         let cells = trimmed(row, self.separator).filter(|cells| cells.len() <= self.names.len() + 1)?;
         let is_empty = |cell: &str| cell.is_empty() || cell == "-";
         let bare = cells.iter().map(|cell| cell.trim_matches(['[', ']', '(', ')']).trim());
-        let units: Vec<Option<Measure>> = bare.clone().map(Measure::of).collect();
+        let units: Vec<Option<Unit>> = bare.clone().map(Unit::of).collect();
         if bare.zip(&units).all(|(cell, unit)| unit.is_some() || is_empty(cell)) {
             return units.iter().any(Option::is_some).then_some(units);
         }
@@ -172,35 +169,34 @@ fn blanks(names: &str, below: Option<&(usize, &str)>) -> Separator {
 }
 
 /// Splits `x_mm` into `x` and mm; `None` if the last word is not a unit or does not suit the name.
-fn suffix(name: &str) -> Option<(&str, Measure)> {
+fn suffix(name: &str) -> Option<(&str, Unit)> {
     let (bare, word) = name.rsplit_once('_')?;
-    let unit = Measure::of(word).filter(|_| !word.is_empty() && !bare.is_empty())?;
+    let unit = Unit::of(word).filter(|_| !word.is_empty() && !bare.is_empty())?;
     let small = bare.to_lowercase();
     let begins = |words: &[&str]| words.iter().any(|word| small.starts_with(word));
-    let fits = match unit {
-        Measure::Length(Unit::In) => false,
-        Measure::Length(_) => small.contains(['x', 'y']),
-        Measure::Time(_) => begins(&["t", "zeit"]),
-        Measure::Angle(_) => begins(&["ang", "theta", "rot", "phi"]),
+    let fits = match unit.quantity() {
+        "length" => unit != Unit::In && small.contains(['x', 'y']),
+        "time" => begins(&["t", "zeit"]),
+        _ => begins(&["ang", "theta", "rot", "phi"]),
     };
     fits.then_some((bare, unit))
 }
 
 /// Splits a name from its unit and from the additions of programs: `x [mm]`, `Time (s) Run #1`,
 /// `Data Set 1:Time(s)`, `t_ms`.
-fn split(name: &str) -> (&str, Option<Measure>) {
+fn split(name: &str) -> (&str, Option<Unit>) {
     let run = name.trim_end_matches(|c: char| c.is_ascii_digit()).strip_suffix("Run #");
     let plain = run.map_or(name, str::trim_end);
     let last = plain.rsplit_once(':').map(|(_, last)| last.trim_start());
     let plain = last.filter(|last| !last.is_empty()).unwrap_or(plain);
     let (open, close) = if plain.ends_with(']') { ('[', ']') } else { ('(', ')') };
     let parts = plain.strip_suffix(close).and_then(|rest| rest.rsplit_once(open));
-    let bracketed = parts.and_then(|(bare, word)| Some((bare.trim_end(), Measure::of(word)?)));
+    let bracketed = parts.and_then(|(bare, word)| Some((bare.trim_end(), Unit::of(word)?)));
     bracketed.or_else(|| suffix(plain)).map_or((plain, None), |(bare, unit)| (bare, Some(unit)))
 }
 
 /// Splits names from their units; those that would then be equal are kept whole, x_px beside x_m.
-fn split_all(names: &[String]) -> (Vec<String>, Vec<Option<Measure>>) {
+fn split_all(names: &[String]) -> (Vec<String>, Vec<Option<Unit>>) {
     let bare: Vec<String> = names.iter().map(|name| split(name).0.to_string()).collect();
     let (are_equal, were_equal) = (repeated(&bare), repeated(names));
     let own = names.iter().enumerate().map(|(i, name)| {

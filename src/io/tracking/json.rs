@@ -7,7 +7,7 @@ use serde_json::value::RawValue;
 
 use super::input::{Input, Subject};
 use super::raw::{Clock, RawShot, RawTrack, Row};
-use super::units::{TimeUnit, Unit};
+use super::units::Unit;
 use crate::io::number::{parse, shortened, value};
 use crate::measurement::number::count_of;
 
@@ -96,7 +96,12 @@ impl File<'_> {
         let (word, mut unit) = (get_cell(&root, &["length_unit", "unit"]), None);
         if let Some(word) = word {
             let why = format!("\"{}\" is not a unit of length: m, cm, mm, in, ft or px", shortened(&word));
-            unit = Some(Unit::of(&word).or_else(|| self.refuse(whole, why))?);
+            unit = Some(
+                Unit::M
+                    .alike()
+                    .find(|unit| Unit::of(&word) == Some(*unit))
+                    .or_else(|| self.refuse(whole, why))?,
+            );
         }
         let mut read = Vec::new();
         for (number, raw) in (1..).zip(&shots) {
@@ -138,7 +143,7 @@ impl File<'_> {
         if let Some(fps) = get_cell(&shot, &FPS).or_else(|| get_cell(root, &FPS)) {
             let known = value(&fps).filter(|fps| *fps > 0.0);
             let known = known.or_else(|| self.refuse(raw, format!("fps is {fps}, not frames per second")))?;
-            clock.fps = Some(known).filter(|_| clock.unit == Some(TimeUnit::Frames));
+            clock.fps = Some(known).filter(|_| clock.unit == Some(Unit::Frames));
         }
         let line = tracks.iter().map(RawTrack::line).min().unwrap_or_default();
         let file = Arc::clone(self.input.file);
@@ -148,7 +153,7 @@ impl File<'_> {
     }
 
     /// Reads `{t, x, y}`, or `{frame, x, y}`, or `[t, x, y]`, whose unit of time is not stated.
-    fn row(&self, raw: &RawValue) -> Option<(Option<TimeUnit>, Row)> {
+    fn row(&self, raw: &RawValue) -> Option<(Option<Unit>, Row)> {
         let (sample, line) = (object(raw), self.line(raw));
         let (unit, [time, x, y]) = if let [time, x, y] = list(raw)[..] {
             (None, [Some(time), Some(x), Some(y)])
@@ -156,7 +161,7 @@ impl File<'_> {
             let [frame, x, y] = ["frame", "x", "y"].map(|key| get(&sample, &[key]));
             let time = self.input.frame_or_time(frame, get(&sample, &["t", "time"]));
             let (time, is_frame) = time.or_else(|| self.refuse(raw, "a sample without t or frame"))?;
-            (Some(if is_frame { TimeUnit::Frames } else { TimeUnit::S }), [Some(time), x, y])
+            (Some(if is_frame { Unit::Frames } else { Unit::S }), [Some(time), x, y])
         };
         let number = |key: &str, at: Option<&RawValue>| match parse(&at.map_or(String::new(), cell)) {
             Ok(number) => Some(number.unwrap_or(f64::NAN)),

@@ -5,7 +5,7 @@ use super::heading::Heading;
 use super::input::{Input, Subject, listed, quoted};
 use super::raw::Clock;
 use super::settings::Format;
-use super::units::{AngleUnit, Measure, TimeUnit, Unit};
+use super::units::Unit;
 
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
@@ -60,7 +60,7 @@ pub(super) enum Part {
     Centre,
     Marker,
     /// The angle of a disc, in the column x.
-    Angle(AngleUnit),
+    Angle(Unit),
 }
 
 impl Body {
@@ -75,7 +75,7 @@ impl Body {
         name: &str,
         begin: &str,
         at: impl Fn(&str) -> Option<usize>,
-        angle: Option<(usize, AngleUnit)>,
+        angle: Option<(usize, Unit)>,
     ) -> Option<Vec<Self>> {
         let of = |key: &str| at(&format!("{begin}{key}"));
         let pair = |one: &str, other: &str| Some([of(one)?, of(other)?]);
@@ -119,11 +119,10 @@ impl Layout {
         let bodies = blocks.iter_mut().flat_map(|block| &mut block.bodies);
         bodies.enumerate().for_each(|(index, body)| body.index = index);
         let lengths = blocks.iter().flat_map(|block| &block.bodies).flat_map(Body::lengths);
-        let unit = heading.unit(lengths, Measure::Length(Unit::M), None, input);
-        let unit = if let Some(Measure::Length(unit)) = unit { Some(unit) } else { None };
+        let unit = heading.unit(lengths, Unit::M, None, input);
         let clock = Clock::of(match time {
             Some((time, false)) => heading.time(time, input),
-            _ => TimeUnit::Frames,
+            _ => Unit::Frames,
         });
         let time = time.map(|(column, _)| column);
         Self { format, heading, shot: None, time, clock, unit, blocks }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::units::{TimeUnit, Unit};
+use super::units::Unit;
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RawShot {
@@ -99,7 +99,7 @@ pub(super) fn span(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Clock {
     /// The unit; `None` if the file does not state it (Kinovea).
-    pub(crate) unit: Option<TimeUnit>,
+    pub(crate) unit: Option<Unit>,
     /// Rounding of times that are written as a clock shows them, s.
     pub(crate) rounding: Option<f64>,
     /// Frame rate of the camera that the file states.
@@ -107,7 +107,7 @@ pub(super) struct Clock {
 }
 
 impl Clock {
-    pub(super) fn of(unit: TimeUnit) -> Self {
+    pub(super) fn of(unit: Unit) -> Self {
         Self { unit: Some(unit), ..Self::default() }
     }
 }

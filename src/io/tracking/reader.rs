@@ -10,7 +10,7 @@ use super::input::{Input, Subject};
 use super::layout::{Body, Layout, Part};
 use super::raw::{Clock, RawShot, RawTrack, Row};
 use super::settings::Format;
-use super::units::{AngleUnit, TimeUnit};
+use super::units::Unit;
 use crate::io::number::{Mark, Place, shortened};
 use crate::io::text::{self, Separator, lines};
 
@@ -182,7 +182,7 @@ impl Reader<'_> {
     fn place<'c>(&mut self, body: &Body, at: impl Fn(usize) -> Place<'c>) -> [f64; 2] {
         if let Part::Angle(unit) = body.part {
             let angle = self.positions.beside(at(body.xy[0])).unwrap_or(f64::NAN);
-            return [if unit == AngleUnit::Degrees { 1.0_f64.to_radians() * angle } else { angle }, 0.0];
+            return [if unit == Unit::Deg { 1.0_f64.to_radians() * angle } else { angle }, 0.0];
         }
         let place = [0, 1].map(|axis: usize| {
             let mut number =
@@ -232,13 +232,13 @@ impl Reader<'_> {
         let mut shots: Vec<RawShot> = self.shots.into_values().collect();
         shots.iter_mut().for_each(RawShot::regrid);
         if let Some((Some(style), line)) = self.clock {
-            let mut clock = Clock { rounding: Some(style.resolution()), ..Clock::of(TimeUnit::S) };
+            let mut clock = Clock { rounding: Some(style.resolution()), ..Clock::of(Unit::S) };
             if style == Style::Colon(2)
                 && let Some(rate) = count_frames(&mut shots)
             {
                 let message = format!("times are time codes h:mm:ss:ff with {rate} frames to a second");
                 log.add(Subject::Clock, line, message);
-                clock = Clock::of(TimeUnit::Frames);
+                clock = Clock::of(Unit::Frames);
             }
             for shot in &mut shots {
                 shot.clock = clock;

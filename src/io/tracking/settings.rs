@@ -8,7 +8,7 @@ use serde::Deserialize;
 use super::calibration::{Calibration, Point, ReadOut, homography};
 use super::camera::{CameraSection, NumberOr, OneOrSeveral};
 use super::column_names::{self, Columns, schema_of_columns};
-use super::units::{TimeUnit, Unit};
+use super::units::Unit;
 use crate::io::toml_file::Source;
 use crate::physics::name::worded;
 
@@ -41,6 +41,7 @@ impl VideoSection {
 
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 pub(crate) struct ScaleSection {
+    #[schemars(extend("enum" = Unit::M.names_alike()))]
     length_unit: Option<Unit>,
     #[schemars(extend("exclusiveMinimum" = 0))]
     m_per_px: Option<f64>,
@@ -78,7 +79,8 @@ pub(crate) struct TracksSection {
     shots: Option<String>,
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) position_sd_m: Option<f64>,
-    pub(super) time_unit: Option<TimeUnit>,
+    #[schemars(extend("enum" = Unit::S.names_alike()))]
+    pub(super) time_unit: Option<Unit>,
     #[serde(default)]
     #[schemars(schema_with = "schema_of_columns")]
     pub(super) columns: Option<Columns>,

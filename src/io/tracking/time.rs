@@ -6,7 +6,7 @@
 use super::input::{Log, Subject};
 use super::raw::{RawShot, RawTrack, sorted, span};
 use super::settings::TrackSettings;
-use super::units::TimeUnit;
+use super::units::Unit;
 
 /// Largest relative deviation of the spacing of times from 1/`capture_fps`, and of a step from a
 /// whole number of frames, beyond its rounding.
@@ -29,7 +29,7 @@ pub(super) fn convert(
 ) -> Result<f64, String> {
     const NEEDS_RATE: &str = "expected [video] capture_fps, the frames per second that the camera recorded";
     let (clock, playback_fps) = (shot.clock, settings.video.playback_fps);
-    if settings.video.has_unknown_rate() && (clock.unit != Some(TimeUnit::Frames) || clock.fps.is_some()) {
+    if settings.video.has_unknown_rate() && (clock.unit != Some(Unit::Frames) || clock.fps.is_some()) {
         let message = "[video] capture_fps is \"unknown\", but this file has times; expected frame numbers, or no capture_fps";
         return Err(message.to_string());
     }
@@ -44,7 +44,7 @@ pub(super) fn convert(
     let rate = playback_fps.or(fps);
     let stated_unit = settings.tracks.time_unit.filter(|_| clock.rounding.is_none());
     let unit = match clock.unit {
-        Some(TimeUnit::Frames) => TimeUnit::Frames,
+        Some(Unit::Frames) => Unit::Frames,
         Some(unit) => stated_unit.unwrap_or(unit),
         None => stated_unit.map_or_else(|| guess_unit(shot, rate), Ok)?,
     };
@@ -280,7 +280,7 @@ impl Grid {
 
 /// Returns the frame rate that the times of a shot follow; `None` for numbers of frames.
 pub(super) fn followed(shot: &RawShot) -> Option<f64> {
-    let second = shot.clock.unit.map_or(Some(1.0), TimeUnit::seconds)?;
+    let second = shot.clock.unit.map_or(Some(1.0), Unit::seconds)?;
     let (_, fps) = Grid::of(shot, second).own_frames();
     Some(fps).filter(|fps| *fps > 0.0 && fps.is_finite())
 }
@@ -320,25 +320,25 @@ pub(super) fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: 
 }
 
 /// Returns the unit of a time column without one: that which agrees with the frame rate.
-fn guess_unit(shot: &RawShot, rate: Option<f64>) -> Result<TimeUnit, String> {
+fn guess_unit(shot: &RawShot, rate: Option<f64>) -> Result<Unit, String> {
     let help = "expected [tracks] time_unit = \"frames\", \"s\", \"ms\" or \"us\"";
     let grid = Grid::of(shot, 1.0);
     let (are_whole, spacing) = (grid.resolution >= 1.0, grid.spacing);
     let Some(rate) = rate else {
         if !are_whole && spacing < 0.2 {
-            return Ok(TimeUnit::S);
+            return Ok(Unit::S);
         }
         return Err(format!("the unit of the times is not stated; {help}, and [video] capture_fps"));
     };
-    let is_near = |unit: &TimeUnit| match unit.seconds() {
+    let is_near = |unit: &Unit| match unit.seconds() {
         Some(second) => grid.fits(rate * second),
         None => are_whole && (spacing - 1.0).abs() < MAX_OFF,
     };
-    let units: Vec<TimeUnit> = TimeUnit::ALL.into_iter().filter(is_near).collect();
+    let units: Vec<Unit> = Unit::S.alike().filter(is_near).collect();
     match units[..] {
         [unit] => Ok(unit),
         // a frame each millisecond: both units agree
-        [TimeUnit::Frames, TimeUnit::Ms] if rate == 1000.0 => Ok(TimeUnit::Frames),
+        [Unit::Frames, Unit::Ms] if rate == 1000.0 => Ok(Unit::Frames),
         [] => Err(format!(
             "times are {spacing} apart, which at {rate} fps is not a frame or its length in s, ms or µs; {help}, or another rate"
         )),
