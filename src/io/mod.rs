@@ -21,7 +21,7 @@ use std::path::Path;
 use error::Problems;
 use manifest::{Keys, Manifest};
 use schemars::Schema;
-use table::read_utf8;
+use text::read_utf8;
 use toml_file::{Source, checked};
 
 use crate::measurement::dataset::{Dataset, Shot};

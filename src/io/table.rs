@@ -3,13 +3,12 @@
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::error::{Problems, did_you_mean, nearest};
 use super::manifest::StatedSpin;
 use super::number::{Mark, Place, parse};
-use super::text::{Separator, Slip, cells, decode, filled_lines, line_end, without_separator_line};
+use super::text::{Separator, Slip, cells, filled_lines, line_end, read_utf8, without_separator_line};
 use crate::measurement::fault::{Condition, Fault, POSITIVE};
 use crate::measurement::number::count_of;
 use crate::measurement::observable::Measured;
@@ -289,18 +288,6 @@ pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) 
         (slips <= most && !has(&known)).then_some((slips, known))
     };
     names.filter_map(slips).min().map(|(_, known)| known)
-}
-
-/// Returns a file as text, without byte order mark; `None` if that fails, with a problem.
-pub(crate) fn read_utf8(path: &Path, problems: &Problems) -> Option<String> {
-    let wrong = |error| problems.add(path, None, None, format!("cannot be read: {error}"));
-    match decode(&fs::read(path).map_err(wrong).ok()?) {
-        (text, None) => Some(text.into_owned()),
-        (_, line) => {
-            problems.add(path, line, None, "is not UTF-8 text; save the file as UTF-8");
-            None
-        }
-    }
 }
 
 /// Returns the most likely separator: the most frequent one in the line of names.

@@ -1,6 +1,10 @@
 //! The text of a file of any kind, its lines and their cells.
 
 use std::borrow::Cow;
+use std::fs;
+use std::path::Path;
+
+use super::error::Problems;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Separator {
@@ -50,6 +54,18 @@ pub(crate) fn decode(bytes: &[u8]) -> (Cow<'_, str>, Option<usize>) {
                 (Cow::Owned(rest.iter().map(|b| char::from(*b)).collect()), Some(line))
             }
         },
+    }
+}
+
+/// Returns a file as text, without byte order mark; `None` if that fails, with a problem.
+pub(crate) fn read_utf8(path: &Path, problems: &Problems) -> Option<String> {
+    let wrong = |error| problems.add(path, None, None, format!("cannot be read: {error}"));
+    match decode(&fs::read(path).map_err(wrong).ok()?) {
+        (text, None) => Some(text.into_owned()),
+        (_, line) => {
+            problems.add(path, line, None, "is not UTF-8 text; save the file as UTF-8");
+            None
+        }
     }
 }
 

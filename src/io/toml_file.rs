@@ -15,7 +15,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{DatasetError, Problems, did_you_mean};
 use super::number::shortened;
-use super::table::read_utf8;
+use super::text::read_utf8;
 use crate::measurement::fault::Fault;
 
 /// Types of a schema with the types of TOML that fit them, and their words.

@@ -30,7 +30,7 @@ pub(super) fn shot(
     settings: &TrackSettings,
     log: Log,
 ) -> Result<TrackShot, Vec<Wrong>> {
-    let calibration = settings.calibration(raw.unit);
+    let calibration = settings.calibration(raw.stated.unit);
     number_twins(&mut raw.tracks);
     if settings.discs && !settings.states_balls() && !facts.names_balls {
         find_discs(&raw, &calibration, &mut facts, log).map_err(|wrong| vec![wrong])?;

@@ -4,7 +4,7 @@ use super::clock::seconds;
 use super::heading::{Heading, Rows};
 use super::input::{Input, Subject};
 use super::layout::{Block, Body, Layout};
-use super::raw::Clock;
+use super::raw::Stated;
 use super::settings::Format;
 use super::units::Unit;
 use super::words::{BALLS, Kind, SHOTS, boxes, find, pairs};
@@ -150,7 +150,8 @@ fn kinovea(headings: &[Heading], input: &Input) -> Option<Layout> {
     let block = Block::below(&heading, stems.iter().map(body).collect::<Option<_>>()?);
     let has_unit = heading.has_unit(0);
     let layout = Layout::new(Format::Kinovea, heading, vec![block], Some((0, false)), input);
-    Some(Layout { clock: if has_unit { layout.clock } else { Clock::default() }, unit: None, ..layout })
+    let time = layout.stated.time.filter(|_| has_unit);
+    Some(Layout { stated: Stated { time, unit: None, ..layout.stated }, ..layout })
 }
 
 fn is_kinovea_title(line: &str) -> bool {
@@ -184,7 +185,7 @@ fn sections(input: &Input) -> Layout {
     let names = ["T", "X", "Y"].map(str::to_string).to_vec();
     let heading = Heading::plain(1, 1, Separator::Blanks, names);
     let layout = Layout::new(Format::Kinovea, heading, blocks, Some((0, true)), input);
-    Layout { clock: Clock::default(), ..layout }
+    Layout { stated: Stated { time: None, ..layout.stated }, ..layout }
 }
 
 /// Finds exports of Qualisys Track Manager: keys above the rows, three columns for each marker,
@@ -234,6 +235,6 @@ fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
     let block = Block::below(&heading, bodies.collect());
     let time = is_counted.then_some((0, true));
     let layout = Layout::new(Format::Qualisys, heading, vec![block], time, input);
-    let clock = Clock { fps: Some(fps), ..layout.clock };
-    Some(Layout { unit: Some(Unit::Mm), clock, ..layout })
+    let stated = Stated { unit: Some(Unit::Mm), fps: Some(fps), ..layout.stated };
+    Some(Layout { stated, ..layout })
 }

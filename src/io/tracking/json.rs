@@ -6,7 +6,8 @@ use indexmap::IndexMap;
 use serde_json::value::RawValue;
 
 use super::input::{Input, Subject};
-use super::raw::{Clock, RawShot, RawTrack, Row};
+use super::raw::{RawShot, RawTrack, Row, Stated};
+use super::settings::Format;
 use super::units::Unit;
 use crate::io::number::{parse, shortened, value};
 use crate::measurement::number::count_of;
@@ -106,14 +107,14 @@ impl File<'_> {
         let mut read = Vec::new();
         for (number, raw) in (1..).zip(&shots) {
             let number = if shots.len() == 1 { String::new() } else { format!("-{number}") };
-            let shot = self.shot(raw, &root, format!("{}{number}", self.input.stem))?;
-            read.extend(Some(RawShot { unit, ..shot }).filter(|shot| !shot.times.is_empty()));
+            let shot = self.shot(raw, &root, format!("{}{number}", self.input.stem), unit)?;
+            read.extend(Some(shot).filter(|shot| !shot.times.is_empty()));
         }
         Some(read)
     }
 
     /// Reads a shot, which is called `unnamed` unless it has a name; `root` may state its frame rate.
-    fn shot(&self, raw: &RawValue, root: &Object, unnamed: String) -> Option<RawShot> {
+    fn shot(&self, raw: &RawValue, root: &Object, unnamed: String, unit: Option<Unit>) -> Option<RawShot> {
         let shot = object(raw);
         let name = get_cell(&shot, &NAME).unwrap_or(unnamed);
         let lacks = |what, name: &str, key| format!("the {what} \"{}\" has no \"{key}\"", shortened(name));
@@ -123,7 +124,7 @@ impl File<'_> {
             .into_iter()
             .enumerate()
             .map(|(i, ball)| (get_cell(&object(ball), &NAME).unwrap_or_else(|| (i + 1).to_string()), ball));
-        let (mut clock, mut tracks) = (None, Vec::new());
+        let (mut time, mut tracks) = (None, Vec::new());
         for (body, (name, ball)) in in_list.chain(object(balls)).enumerate() {
             let samples = get(&object(ball), &SAMPLES).unwrap_or(ball);
             if !samples.get().starts_with('[') {
@@ -131,23 +132,23 @@ impl File<'_> {
             }
             let mut rows = Vec::new();
             for sample in list(samples) {
-                let (unit, row) = self.row(sample)?;
-                if *clock.get_or_insert(unit) != unit {
+                let (own, row) = self.row(sample)?;
+                if *time.get_or_insert(own) != own {
                     return self.refuse(sample, "has another kind of time than the samples above");
                 }
                 rows.push(row);
             }
             tracks.push(RawTrack { name, body, rows, ..RawTrack::default() });
         }
-        let mut clock = Clock { unit: clock.flatten(), ..Clock::default() };
+        let mut stated = Stated { format: Format::Json, unit, time: time.flatten(), ..Stated::default() };
         if let Some(fps) = get_cell(&shot, &FPS).or_else(|| get_cell(root, &FPS)) {
             let known = value(&fps).filter(|fps| *fps > 0.0);
             let known = known.or_else(|| self.refuse(raw, format!("fps is {fps}, not frames per second")))?;
-            clock.fps = Some(known).filter(|_| clock.unit == Some(Unit::Frames));
+            stated.fps = Some(known).filter(|_| stated.time == Some(Unit::Frames));
         }
         let line = tracks.iter().map(RawTrack::line).min().unwrap_or_default();
         let file = Arc::clone(self.input.file);
-        let mut shot = RawShot { name, file, line, clock, unit: None, times: Vec::new(), tracks };
+        let mut shot = RawShot { name, file, line, stated, times: Vec::new(), tracks };
         shot.regrid();
         Some(shot)
     }

@@ -3,21 +3,17 @@
 
 use super::heading::Heading;
 use super::input::{Input, Subject, listed, quoted};
-use super::raw::Clock;
+use super::raw::Stated;
 use super::settings::Format;
 use super::units::Unit;
 
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
-    pub(crate) format: Format,
     pub(crate) heading: Heading,
     pub(crate) shot: Option<usize>,
     /// The column of times; `None`: the rows of a shot are counted.
     pub(crate) time: Option<usize>,
-    /// The meaning of the times, unless these are written h:mm:ss.
-    pub(crate) clock: Clock,
-    /// The unit of lengths, if the file or its format states it.
-    pub(crate) unit: Option<Unit>,
+    pub(crate) stated: Stated,
     pub(crate) blocks: Vec<Block>,
 }
 
@@ -120,12 +116,12 @@ impl Layout {
         bodies.enumerate().for_each(|(index, body)| body.index = index);
         let lengths = blocks.iter().flat_map(|block| &block.bodies).flat_map(Body::lengths);
         let unit = heading.unit(lengths, Unit::M, None, input);
-        let clock = Clock::of(match time {
+        let unit_of_time = match time {
             Some((time, false)) => heading.time(time, input),
             _ => Unit::Frames,
-        });
-        let time = time.map(|(column, _)| column);
-        Self { format, heading, shot: None, time, clock, unit, blocks }
+        };
+        let stated = Stated { format, unit, time: Some(unit_of_time), ..Stated::default() };
+        Self { heading, shot: None, time: time.map(|(column, _)| column), stated, blocks }
     }
 
     /// Returns the block of the row in a line.
@@ -144,14 +140,14 @@ impl Layout {
 
     /// Returns whether no column and no names of columns separate the balls.
     pub(super) fn is_of_paths(&self) -> bool {
-        self.format == Format::Columns
+        self.stated.format == Format::Columns
             && self.bodies().all(|body| body.ball.is_none() && body.name.is_empty())
     }
 
     /// Notes how a file is read, and which of its columns are not.
     pub(super) fn note(&self, input: &Input) {
         let Heading { names, separator, above, .. } = &self.heading;
-        let (format, separator, first) = (self.format.shown(), separator.name(), above + 1);
+        let (format, separator, first) = (self.stated.format.shown(), separator.name(), above + 1);
         let mut message = format!("read as {format}, {separator} between cells, rows from line {first} on");
         let named = self.bodies().filter(|body| body.part == Part::Centre && !body.name.is_empty());
         let tracks = quoted(named.map(|body| &body.name));
@@ -168,7 +164,7 @@ impl Layout {
         if !passed.is_empty() {
             message += &format!("; columns passed over: {}", listed(&passed));
         }
-        if self.format == Format::Kinovea {
+        if self.stated.format == Format::Kinovea {
             message += "; coordinates of its kinematics window are filtered, which smears an impact: export the trajectories";
         }
         input.log.add(Subject::Format, None, message);

@@ -32,9 +32,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use input::{Context, Notes, Subject, listed};
-use raw::RawShot;
+use raw::{RawShot, Stated};
 use rayon::prelude::*;
-use read::Tracked;
 use repair::Wrong;
 use settings::{Format, TrackSettings};
 use shots_table::{Facts, ShotsTable};
@@ -70,17 +69,19 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     let (mut shots, mut is_motion_capture) = (Vec::new(), true);
     for file in &files {
         let before = problems.len();
-        let Some(tracked) = read::file(file, context, files.len() == 1) else { continue };
-        is_motion_capture &= tracked.format == Format::Qualisys;
-        check_unit(&tracked, file, context);
+        let Some(read) = read::file(file, context, files.len() == 1) else { continue };
+        if let Some(first) = read.first() {
+            is_motion_capture &= first.stated.format == Format::Qualisys;
+            check_unit(first.stated, file, context);
+        }
         // consequences of unreadable rows are not reported
         if problems.len() > before {
             continue;
         }
-        if tracked.shots.iter().all(|shot| shot.times.is_empty()) {
+        if read.iter().all(|shot| shot.times.is_empty()) {
             problems.add(file, None, None, "has no rows below its header; expected positions");
         }
-        shots.extend(tracked.shots);
+        shots.extend(read);
     }
     let are_whole = problems.is_empty();
     names::pair(&mut shots, settings, &notes);
@@ -129,10 +130,9 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
 
 /// Notes the unit of lengths that a file states, or that it does not state one; complains if it
 /// contradicts dataset.toml.
-fn check_unit(tracked: &Tracked, file: &Path, context: Context) {
+fn check_unit(stated: Stated, file: &Path, context: Context) {
     let log = context.notes.of(file);
-    let unit = tracked.shots.first().and_then(|shot| shot.unit);
-    let message = match (context.settings.unit(), unit.map(|unit| (unit, unit.name()))) {
+    let message = match (context.settings.unit(), stated.unit.map(|unit| (unit, unit.name()))) {
         (None, Some((Unit::Px, _))) => {
             "its positions are in pixels; expected [scale] length_unit = \"px\"".to_string()
         }
@@ -145,7 +145,7 @@ fn check_unit(tracked: &Tracked, file: &Path, context: Context) {
                 "its positions are in {name}, but [scale] length_unit is \"{given}\"; expected [scale] length_unit = \"{name}\" or none"
             )
         }
-        (None, None) if tracked.format != Format::Long => {
+        (None, None) if stated.format != Format::Long => {
             let message = "lengths are taken as metres ([scale] length_unit is not given)";
             return log.add(Subject::Format, None, message);
         }

@@ -139,7 +139,7 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
                 .collect()
         };
         let ([(i, _)], [(j, object)]) = (&of_key(0)[..], &of_key(1)[..]) else { continue };
-        if raw[*i].clock != raw[*j].clock {
+        if raw[*i].stated != raw[*j].stated {
             continue;
         }
         let (tracks, file) = (std::mem::take(&mut raw[*j].tracks), raw[*j].file.clone());

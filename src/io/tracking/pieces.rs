@@ -59,8 +59,8 @@ pub(super) fn clips(
 /// exchange of their names.
 fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
     // without a unit, ms and frames cannot be distinguished
-    let Some(unit) = shot.clock.unit else { return Vec::new() };
-    let fps = shot.clock.fps.or(fps).unwrap_or(DEFAULT_FPS);
+    let Some(unit) = shot.stated.time else { return Vec::new() };
+    let fps = shot.stated.fps.or(fps).unwrap_or(DEFAULT_FPS);
     let step = median(shot.instants().windows(2).map(|two| two[1] - two[0]).collect());
     let pause = (MIN_PAUSE_S / unit.seconds().unwrap_or(fps.recip())).max(STEPS * step);
     let is_short = |time: f64| time > 0.0 && time < 1.5 * step;

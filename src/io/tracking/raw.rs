@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::settings::Format;
 use super::units::Unit;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -10,9 +11,7 @@ pub(super) struct RawShot {
     pub(crate) name: String,
     pub(crate) file: Arc<PathBuf>,
     pub(crate) line: usize,
-    pub(crate) clock: Clock,
-    /// The unit of lengths that the file states.
-    pub(crate) unit: Option<Unit>,
+    pub(crate) stated: Stated,
     /// The times of the frames, ascending. Two frames have one time if a track has it in two rows.
     pub(crate) times: Vec<f64>,
     pub(crate) tracks: Vec<RawTrack>,
@@ -95,21 +94,18 @@ pub(super) fn span(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
     numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
 }
 
-/// Meaning of the times of a shot.
+/// Statements of a file, or of its format, about all its rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Clock {
-    /// The unit; `None` if the file does not state it (Kinovea).
+pub(super) struct Stated {
+    pub(crate) format: Format,
+    /// The unit of lengths.
     pub(crate) unit: Option<Unit>,
+    /// The unit of times, unless these are written h:mm:ss; `None` if it is not stated (Kinovea).
+    pub(crate) time: Option<Unit>,
     /// Rounding of times that are written as a clock shows them, s.
     pub(crate) rounding: Option<f64>,
-    /// Frame rate of the camera that the file states.
+    /// Frame rate of the camera.
     pub(crate) fps: Option<f64>,
-}
-
-impl Clock {
-    pub(super) fn of(unit: Unit) -> Self {
-        Self { unit: Some(unit), ..Self::default() }
-    }
 }
 
 /// A tracked ball, or a point on it.

@@ -14,14 +14,9 @@ use super::{columns, json, pieces, reader};
 use crate::io::number::shortened;
 use crate::io::text::{decode, filled_lines, without_separator_line};
 
-pub(super) struct Tracked {
-    pub(crate) shots: Vec<RawShot>,
-    pub(crate) format: Format,
-}
-
 /// Returns the shots of a file, with clips separated and pieces of tracks joined. `alone`: the
 /// names of clips are their numbers, without the file's name.
-pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked> {
+pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Vec<RawShot>> {
     let Context { settings, problems, notes } = context;
     let wrong = |error| problems.add(file, None, None, format!("cannot be read: {error}"));
     let bytes = fs::read(file).map_err(wrong).ok()?;
@@ -38,15 +33,12 @@ pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked
     }
     let (stem, file) = (stem(file), Arc::new(file.to_path_buf()));
     let input = Input { file: &file, text: &text, stem: &stem, settings, problems, log };
-    let mut tracked = as_written(&input)?;
-    tracked.shots = pieces::clips(tracked.shots, settings, alone, log);
-    for shot in &mut tracked.shots {
-        pieces::join(shot, settings, log);
-    }
-    Some(tracked)
+    let mut shots = pieces::clips(as_written(&input)?, settings, alone, log);
+    shots.iter_mut().for_each(|shot| pieces::join(shot, settings, log));
+    Some(shots)
 }
 
-fn as_written(input: &Input) -> Option<Tracked> {
+fn as_written(input: &Input) -> Option<Vec<RawShot>> {
     let settings = input.settings;
     let stated = settings.tracks.format;
     let wanted = |format: Format| stated == format || stated == Format::Auto;
@@ -54,7 +46,7 @@ fn as_written(input: &Input) -> Option<Tracked> {
         return Some(by_layout(&columns::layout(input, columns)?, input));
     }
     if wanted(Format::Json) && json::detect(input.text) {
-        return json::read(input).map(|shots| Tracked { shots, format: Format::Json });
+        return json::read(input);
     }
     let before = input.problems.len();
     let headings = headings(input.text, TITLES);
@@ -70,16 +62,16 @@ fn as_written(input: &Input) -> Option<Tracked> {
     None
 }
 
-fn by_layout(layout: &Layout, input: &Input) -> Tracked {
+fn by_layout(layout: &Layout, input: &Input) -> Vec<RawShot> {
     layout.note(input);
     let mut shots = reader::read(input, layout);
-    for shot in shots.iter_mut().filter(|_| layout.format == Format::Qualisys) {
+    for shot in shots.iter_mut().filter(|_| layout.stated.format == Format::Qualisys) {
         begin_at_zero(shot, input);
     }
     if layout.is_of_paths() {
         pieces::follow(&mut shots, input);
     }
-    Tracked { shots, format: layout.format }
+    shots
 }
 
 /// Counts the times of Qualisys from the first row on, and turns positions at 0, 0 into gaps.

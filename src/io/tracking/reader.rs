@@ -8,7 +8,7 @@ use indexmap::IndexMap;
 use super::clock::{Style, count_frames, is_clock, seconds};
 use super::input::{Input, Subject};
 use super::layout::{Body, Layout, Part};
-use super::raw::{Clock, RawShot, RawTrack, Row};
+use super::raw::{RawShot, RawTrack, Row, Stated};
 use super::settings::Format;
 use super::units::Unit;
 use crate::io::number::{Mark, Place, shortened};
@@ -96,7 +96,7 @@ impl Reader<'_> {
         let ball = layout.ball();
         for (what, column) in [("shot", layout.shot), ("ball", ball)] {
             let Some(cell) = column.map(at).filter(|cell| cell.text.is_empty()) else { continue };
-            if what == "ball" && layout.format == Format::Columns {
+            if what == "ball" && layout.stated.format == Format::Columns {
                 self.trackless.get_or_insert(line);
                 let message = format!("rows that belong to no track ({} is empty): left out", cell.column);
                 return log.add(Subject::Gaps, line, message);
@@ -147,11 +147,9 @@ impl Reader<'_> {
     /// Returns the index of a shot, which is begun unless it is known.
     fn shot(&mut self, name: &str, line: usize) -> usize {
         self.shots.get_index_of(name).unwrap_or_else(|| {
-            let (file, Layout { clock, unit, .. }) = (Arc::clone(self.input.file), self.layout);
-            let (times, tracks) = (Vec::new(), Vec::new());
-            let shot =
-                RawShot { name: name.to_string(), file, line, clock: *clock, unit: *unit, times, tracks };
-            self.shots.insert_full(name.to_string(), shot).0
+            let (file, stated, name) = (Arc::clone(self.input.file), self.layout.stated, name.to_string());
+            let shot = RawShot { name, file, line, stated, times: Vec::new(), tracks: Vec::new() };
+            self.shots.insert_full(shot.name.clone(), shot).0
         })
     }
 
@@ -232,16 +230,17 @@ impl Reader<'_> {
         let mut shots: Vec<RawShot> = self.shots.into_values().collect();
         shots.iter_mut().for_each(RawShot::regrid);
         if let Some((Some(style), line)) = self.clock {
-            let mut clock = Clock { rounding: Some(style.resolution()), ..Clock::of(Unit::S) };
+            let (rounding, stated) = (Some(style.resolution()), self.layout.stated);
+            let mut stated = Stated { time: Some(Unit::S), rounding, ..stated };
             if style == Style::Colon(2)
                 && let Some(rate) = count_frames(&mut shots)
             {
                 let message = format!("times are time codes h:mm:ss:ff with {rate} frames to a second");
                 log.add(Subject::Clock, line, message);
-                clock = Clock::of(Unit::Frames);
+                stated = Stated { time: Some(Unit::Frames), rounding: None, ..stated };
             }
             for shot in &mut shots {
-                shot.clock = clock;
+                shot.stated = stated;
             }
         }
         shots

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::calibration::{Calibration, Point, ReadOut, homography};
+use super::calibration::{Calibration, Point, homography};
 use super::camera::{CameraSection, NumberOr, OneOrSeveral};
 use super::column_names::{self, Columns, schema_of_columns};
 use super::units::Unit;
@@ -209,7 +209,6 @@ impl TrackSettings {
         let (is_px, has_points) = (self.unit() == Some(Unit::Px), !self.scale.point.is_empty());
         let is_up = self.scale.y_axis.map(|axis| axis == YAxis::Up);
         let seconds = self.video.row_readout_s.or(self.camera.readout());
-        let readout = seconds.zip(self.video.rows).zip(is_up);
         // the balls are the ruler by a statement, or for pixels without another scale
         let is_measured = self.scale.m_per_px.is_some() || has_points;
         self.from_balls = !self.discs && !is_measured && (self.scale.from.is_some() || is_px);
@@ -221,7 +220,7 @@ impl TrackSettings {
             scale: self.unit().unwrap_or(Unit::M).metres().unwrap_or(per_pixel),
             is_up: is_up.unwrap_or(true),
             homography: map.map(|(map, _)| map),
-            readout: readout.map(|((seconds, rows), is_up)| ReadOut { seconds, rows, is_up }),
+            readout: seconds.zip(self.video.rows).map(|(seconds, rows)| [seconds, rows]),
         };
         let folder = source.path.parent().map(PathBuf::from).unwrap_or_default();
         self.shots = self.tracks.shots.as_ref().map(|shots| folder.join(shots));

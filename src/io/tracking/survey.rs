@@ -13,7 +13,7 @@ use super::heading::{Heading, Rows, TITLES, headings};
 use super::input::{Context, Notes, quoted};
 use super::names::are_two_discs;
 use super::raw::{RawShot, sorted, span};
-use super::read::{self, Tracked};
+use super::read;
 use super::settings::{Format, TrackSettings};
 use super::time::followed;
 use super::units::Unit;
@@ -48,7 +48,6 @@ const MOTIVE: &str = "Format Version";
 /// The tracks of files, and what is guessed of them; empty for other files.
 #[derive(Default)]
 pub(crate) struct Survey {
-    format: Format,
     files: usize,
     shots: Vec<RawShot>,
     /// Settings of `[tracks]` without which the first file cannot be read; perhaps empty.
@@ -63,7 +62,7 @@ impl Survey {
     /// be read.
     pub(crate) fn of(file: &Path) -> Result<Self, Vec<Problem>> {
         let plain = Self::read(file, Guess::default());
-        if plain.as_ref().is_ok_and(|plain| plain.format != Format::Long) {
+        if plain.as_ref().is_ok_and(|plain| plain.format() != Some(Format::Long)) {
             return plain;
         }
         let guess = fs::read(file).ok().and_then(|bytes| columns(&decode(&bytes).0));
@@ -82,11 +81,15 @@ impl Survey {
         let problems = problems.into_error().problems().to_vec();
         match read {
             // without rows, only names support the guess
-            Some(Tracked { shots, format }) if !shots.is_empty() || !guess.columns.is_empty() => {
-                Ok(Self { format, files: 1, shots, guess, problems })
+            Some(shots) if !shots.is_empty() || !guess.columns.is_empty() => {
+                Ok(Self { files: 1, shots, guess, problems })
             }
             _ => Err(problems),
         }
+    }
+
+    fn format(&self) -> Option<Format> {
+        Some(self.shots.first()?.stated.format)
     }
 
     /// Adds the tracks of another file.
@@ -146,10 +149,10 @@ impl Survey {
         };
         context! {
             count => count_of(self.files, "file"),
-            format => (self.files > 0).then_some(self.format.name()),
+            format => (self.files > 0).then(|| self.format().unwrap_or(Format::Columns).name()),
             shots,
             are_discs => self.are_discs(),
-            stated_fps => self.shots.first().and_then(|shot| shot.clock.fps).map(|fps| fps.to_string()),
+            stated_fps => self.shots.first().and_then(|shot| shot.stated.fps).map(|fps| fps.to_string()),
             fps => fps.map(|fps| ((1e4 * fps).round() / 1e4).to_string()),
             time_unit,
             faults => self.problems.iter().map(ToString::to_string).collect::<Vec<String>>(),
@@ -165,7 +168,7 @@ impl Survey {
         let closest = sorted(self.shots.iter().filter_map(closest));
         let nearest = closest.get(closest.len() / 4).copied().unwrap_or(f64::INFINITY);
         let may_touch = self.are_discs() || nearest.is_infinite() || DIAMETERS.contains(&nearest);
-        let stated = self.shots.first().and_then(|shot| shot.unit);
+        let stated = self.shots.first().and_then(|shot| shot.stated.unit);
         let unit = stated.or((METRES.contains(&extent) && may_touch).then_some(Unit::M));
         let diameter = unit.and_then(Unit::metres).map(|(times, over)| nearest * times / over);
         let diameter = diameter.filter(|nearest| *nearest < DIAMETERS.end).unwrap_or(0.0);

@@ -19,6 +19,8 @@ const MAX_ROUNDING: f64 = 0.3;
 const MAX_EVEN: f64 = 0.01;
 const MAX_VARYING: f64 = 0.3;
 
+const NEEDS_RATE: &str = "expected [video] capture_fps, the frames per second that the camera recorded";
+
 /// Converts the times of a shot's rows to seconds of the camera's clock and returns its frame rate;
 /// `fps` is the stated one. `Err`: the reason, and the remedy.
 pub(super) fn convert(
@@ -27,23 +29,22 @@ pub(super) fn convert(
     settings: &TrackSettings,
     log: Log,
 ) -> Result<f64, String> {
-    const NEEDS_RATE: &str = "expected [video] capture_fps, the frames per second that the camera recorded";
-    let (clock, playback_fps) = (shot.clock, settings.video.playback_fps);
-    if settings.video.has_unknown_rate() && (clock.unit != Some(Unit::Frames) || clock.fps.is_some()) {
+    let (stated, playback_fps) = (shot.stated, settings.video.playback_fps);
+    if settings.video.has_unknown_rate() && (stated.time != Some(Unit::Frames) || stated.fps.is_some()) {
         let message = "[video] capture_fps is \"unknown\", but this file has times; expected frame numbers, or no capture_fps";
         return Err(message.to_string());
     }
-    if let (Some(given), Some(stated)) = (fps, clock.fps)
-        && (given / stated - 1.0).abs() > MAX_OFF
+    if let (Some(given), Some(own)) = (fps, stated.fps)
+        && (given / own - 1.0).abs() > MAX_OFF
     {
         return Err(format!(
-            "the file states {stated} fps, but [video] capture_fps is {given}; expected the same, or no capture_fps"
+            "the file states {own} fps, but [video] capture_fps is {given}; expected the same, or no capture_fps"
         ));
     }
-    let fps = fps.or(clock.fps);
+    let fps = fps.or(stated.fps);
     let rate = playback_fps.or(fps);
-    let stated_unit = settings.tracks.time_unit.filter(|_| clock.rounding.is_none());
-    let unit = match clock.unit {
+    let stated_unit = settings.tracks.time_unit.filter(|_| stated.rounding.is_none());
+    let unit = match stated.time {
         Some(Unit::Frames) => Unit::Frames,
         Some(unit) => stated_unit.unwrap_or(unit),
         None => stated_unit.map_or_else(|| guess_unit(shot, rate), Ok)?,
@@ -64,7 +65,7 @@ pub(super) fn convert(
     let line = shot.line;
     let note = |message: String| log.add(Subject::Clock, line, message);
     let (times, fps) = match rate.zip(fps) {
-        None => grid.own_times(note).map_err(|why| format!("{why}; {NEEDS_RATE}"))?,
+        None => grid.own_times(note)?,
         Some((rate, fps)) => {
             grid.count_repeated(shot, second, rate)?;
             (grid.camera_times([rate, fps], playback_fps.is_some(), note)?, fps)
@@ -94,7 +95,7 @@ impl Grid {
     /// Returns the grid of times in this unit.
     fn of(shot: &RawShot, second: f64) -> Self {
         let times = shot.instants();
-        let resolution = shot.clock.rounding.unwrap_or_else(|| resolution(&times) * second);
+        let resolution = shot.stated.rounding.unwrap_or_else(|| resolution(&times) * second);
         let times: Vec<f64> = times.iter().map(|time| time * second).collect();
         let spacing = spacing(&times, resolution);
         Self { times, are_rows: false, resolution, spacing }
@@ -184,16 +185,17 @@ impl Grid {
         (frames, rounded.into_iter().find(possible).unwrap_or(fps))
     }
 
-    /// Returns the times and the frame rate of a camera whose rate is not stated. `Err`: why they
-    /// show no rate.
-    fn own_times(&self, note: impl Fn(String)) -> Result<(Vec<f64>, f64), &'static str> {
-        if self.spacing.is_nan() {
-            return Err("fewer than two times, which give no frame rate");
-        }
-        let (frames, fps) = self.own_frames();
-        let frames = frames.ok_or("times are not regularly spaced")?;
-        note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
-        Ok((self.without_rounding(&frames, fps), fps))
+    /// Returns the times and the frame rate of a camera whose rate is not stated.
+    fn own_times(&self, note: impl Fn(String)) -> Result<(Vec<f64>, f64), String> {
+        let why = match self.own_frames() {
+            _ if self.spacing.is_nan() => "fewer than two times, which give no frame rate",
+            (None, _) => "times are not regularly spaced",
+            (Some(frames), fps) => {
+                note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
+                return Ok((self.without_rounding(&frames, fps), fps));
+            }
+        };
+        Err(format!("{why}; {NEEDS_RATE}"))
     }
 
     /// Returns the times as they are written or, if the clock is coarse and follows these frames,
@@ -280,7 +282,7 @@ impl Grid {
 
 /// Returns the frame rate that the times of a shot follow; `None` for numbers of frames.
 pub(super) fn followed(shot: &RawShot) -> Option<f64> {
-    let second = shot.clock.unit.map_or(Some(1.0), Unit::seconds)?;
+    let second = shot.stated.time.map_or(Some(1.0), Unit::seconds)?;
     let (_, fps) = Grid::of(shot, second).own_frames();
     Some(fps).filter(|fps| *fps > 0.0 && fps.is_finite())
 }
