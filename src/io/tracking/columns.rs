@@ -26,7 +26,7 @@ pub(super) fn layout(input: &Input, wanted: &Columns) -> Option<Layout> {
     let read: Vec<usize> = wanted.keys().filter_map(|key| column(key)).collect();
     let time = input.frame_or_time(column("frame"), column("t"));
     let time = time.or_else(|| unnamed_time(&heading, &read, shot, input));
-    let [cue, object] = input.settings.first_names();
+    let [cue, object] = input.job.settings.first_names();
     let is_wide = wanted.contains_key("cue_x");
     let mut bodies = Vec::new();
     for (name, begin) in if is_wide { vec![(cue, "cue_"), (object, "object_")] } else { vec![("", "")] } {
@@ -38,7 +38,7 @@ pub(super) fn layout(input: &Input, wanted: &Columns) -> Option<Layout> {
     }
     if time.is_none() {
         let message = "no column of times: every row is taken as one frame after the row above it";
-        input.log.add(Subject::Clock, None, message);
+        input.job.note(Subject::Clock, None, message);
     }
     let block = Block::below(&heading, bodies);
     Some(Layout { shot, ..Layout::new(Format::Columns, heading, vec![block], time, input) })
@@ -69,7 +69,7 @@ fn unnamed_time(
     let grows = |column: &usize| !used.contains(column) && rows.grows(*column, shot);
     let frame = find(&names, FRAMES).filter(|column| grows(column) && rows.is_whole(*column));
     let time = find(&names, TIMES).filter(grows);
-    let rate = input.settings.followed_fps();
+    let rate = input.job.settings.followed_fps();
     if let (Some(frame), Some(time), Some(rate)) = (frame, time, rate)
         && heading.time(time, input) == Unit::S
     {
@@ -79,7 +79,7 @@ fn unnamed_time(
     let what = if is_frame { "the number of the frame" } else { "the time" };
     let name = &heading.names[column];
     let message = format!("[tracks.columns] names no column of times: \"{name}\" is taken as {what}");
-    input.log.add(Subject::Clock, heading.line, message);
+    input.job.note(Subject::Clock, heading.line, message);
     Some((column, is_frame))
 }
 

@@ -1,11 +1,10 @@
 //! Conversion of a file's rows to a shot: balls, times, and positions in metres.
 
 use super::calibration::Calibration;
-use super::input::{Log, Subject};
+use super::input::{Job, Subject};
 use super::names::{assign, find_discs, number_twins};
 use super::raw::{RawShot, RawTrack, Role, Row, sorted};
 use super::repair::{self, Wrong};
-use super::settings::TrackSettings;
 use super::shots_table::Facts;
 use super::time;
 use super::units::Unit;
@@ -24,60 +23,50 @@ const MAX_DEVIATION: f64 = 0.02;
 const SAME_NUMBER: f64 = 1e-12;
 
 /// Returns the shot of a file's rows. `Err`: all missing statements, or else the first fault.
-pub(super) fn shot(
-    mut raw: RawShot,
-    mut facts: Facts,
-    settings: &TrackSettings,
-    log: Log,
-) -> Result<TrackShot, Vec<Wrong>> {
-    let calibration = settings.calibration(raw.stated.unit);
+pub(super) fn shot(mut raw: RawShot, mut facts: Facts, job: Job) -> Result<TrackShot, Vec<Wrong>> {
+    let settings = job.settings;
     number_twins(&mut raw.tracks);
     if settings.discs && !settings.states_balls() && !facts.names_balls {
-        find_discs(&raw, &calibration, &mut facts, log).map_err(|wrong| vec![wrong])?;
+        find_discs(&raw, &mut facts, job).map_err(|wrong| vec![wrong])?;
     }
-    if let Err(mut wrong) = assign(&mut raw, &facts.names, log) {
+    if let Err(mut wrong) = assign(&mut raw, &facts.names, job) {
         // wrong names in the table of shots are its fault, not the shot's
         for wrong in &mut wrong {
             wrong.is_damage &= !facts.names_balls;
         }
-        let time = time::convert(&mut raw, facts.capture_fps, settings, log);
+        let time = time::convert(&mut raw, facts.capture_fps, job);
         wrong.extend(time.err().map(|message| Wrong::input(raw.line, message)));
         return Err(wrong);
     }
     for other in raw.tracks.extract_if(.., |track| track.role.is_none()) {
         let message = format!("the track \"{}\" is not cue or object; passed over", shortened(&other.name));
-        log.add(Subject::Names, other.line(), message);
+        job.note(Subject::Names, other.line(), message);
     }
     // without the frames that only they have
     raw.regrid();
     raw.tracks.sort_by_key(|track| track.role);
-    of_balls(raw, facts, settings, &calibration, log).map_err(|wrong| vec![wrong])
+    of_balls(raw, facts, job).map_err(|wrong| vec![wrong])
 }
 
-fn of_balls(
-    mut raw: RawShot,
-    facts: Facts,
-    settings: &TrackSettings,
-    calibration: &Calibration,
-    log: Log,
-) -> Result<TrackShot, Wrong> {
-    let fps = time::convert(&mut raw, facts.capture_fps, settings, log);
+fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong> {
+    let calibration = &job.settings.calibration(raw.stated.unit);
+    let fps = time::convert(&mut raw, facts.capture_fps, job);
     let fps = fps.map_err(|message| Wrong::input(raw.line, message))?;
-    repair::unite_frames(&mut raw, log)?;
+    repair::unite_frames(&mut raw, job)?;
     let mut centres = [0, 1].map(|ball| centre(&mut raw.tracks, ball));
     let of = |ball: usize, is_marker: bool| {
         let is_it = move |role: Role| (role.ball, role.is_marker) == (ball, is_marker);
         raw.tracks.iter().filter(move |track| track.role.is_some_and(is_it))
     };
     let step = grid_step(&centres.each_ref()).unwrap_or(0.0);
-    repair::remove_repeated_frames(&mut centres, fps, step, log)?;
-    let swapped = repair::undo_swaps(&mut centres, fps, log)?;
+    repair::remove_repeated_frames(&mut centres, fps, step, job)?;
+    let swapped = repair::undo_swaps(&mut centres, fps, job)?;
     if let Some(line) = swapped.filter(|_| !raw.tracks.is_empty()) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
                        not certain which of both did; expected them set right, or the shot skipped";
         return Err(Wrong::damaged(line, message));
     }
-    let resolution = resolution(&centres, settings, calibration, log);
+    let resolution = resolution(&centres, calibration, job);
     let mut paths = centres.each_ref().map(|centre| samples(centre, calibration));
     let mut markers: Vec<Marker> = Vec::new();
     for (i, ball) in [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate() {
@@ -91,7 +80,7 @@ fn of_balls(
             };
             markers.push(Marker { ball, name, samples });
         }
-        if settings.discs && of(i, false).next().is_some() {
+        if job.settings.discs && of(i, false).next().is_some() {
             let points: Vec<&[Sample]> =
                 markers[first..].iter().map(|marker| marker.samples.as_slice()).collect();
             paths[i] = circle_centres(&points).map_err(|message| Wrong::damaged(raw.line, message))?;
@@ -103,7 +92,7 @@ fn of_balls(
         line: raw.line,
         labels: facts.labels,
         markers,
-        position_sd: settings.tracks.position_sd_m,
+        position_sd: job.settings.tracks.position_sd_m,
         resolution,
         ..TrackShot::new(raw.name, fps, spin, paths)
     };
@@ -136,12 +125,7 @@ fn centre(tracks: &mut Vec<RawTrack>, ball: usize) -> RawTrack {
 /// grid), and notes if one is coarse, in pixels if the scale is not known. The step is determined
 /// in the file's unit, since a calibration by points bends the grid. A ball that is nearly at rest
 /// has the other ball's step.
-fn resolution(
-    centres: &[RawTrack; 2],
-    settings: &TrackSettings,
-    calibration: &Calibration,
-    log: Log,
-) -> [f64; 2] {
+fn resolution(centres: &[RawTrack; 2], calibration: &Calibration, job: Job) -> [f64; 2] {
     /// Step of the coordinates, m and px, above which it is noted: good tracking errs by as much.
     const COARSE_STEP: f64 = 1.5e-4;
     const COARSE_PX: f64 = 0.1;
@@ -153,15 +137,15 @@ fn resolution(
     };
     let steps = centres.each_ref().map(|track| step(track).unwrap_or(0.0));
     let coarsest = steps[0].max(steps[1]);
-    let (limit, rounded, unit) = match settings.unit() {
-        Some(Unit::Px) if settings.from_balls => (COARSE_PX, coarsest, "px"),
+    let (limit, rounded, unit) = match job.settings.unit() {
+        Some(Unit::Px) if job.settings.from_balls => (COARSE_PX, coarsest, "px"),
         _ => (COARSE_STEP, 1e3 * coarsest, "mm"),
     };
     if coarsest > limit {
         let least = rounded / 12.0_f64.sqrt();
         let message =
             format!("positions are rounded to {rounded:.2} {unit}: each errs by {least:.2} {unit} at least");
-        log.add(Subject::Format, None, message);
+        job.note(Subject::Format, None, message);
     }
     steps
 }

@@ -230,7 +230,7 @@ fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
     let rows = heading.lines_below(input.text).count();
     if let Some(stated) = number("NO_OF_FRAMES").filter(|stated| *stated != rows as f64) {
         let message = format!("says {stated} frames, but there are {rows} rows");
-        input.log.add(Subject::Gaps, None, message);
+        input.job.note(Subject::Gaps, None, message);
     }
     let block = Block::below(&heading, bodies.collect());
     let time = is_counted.then_some((0, true));

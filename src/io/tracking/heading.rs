@@ -139,7 +139,7 @@ impl Heading {
 
     /// Returns the unit of a column of time, seconds by default; complains of a contradiction.
     pub(super) fn time(&self, column: usize, input: &Input) -> Unit {
-        let stated = input.settings.tracks.time_unit;
+        let stated = input.job.settings.tracks.time_unit;
         let stated = stated.map(|unit| (unit, "[tracks] time_unit states".to_string()));
         self.unit([column], Unit::S, stated, input).unwrap_or(Unit::S)
     }

@@ -1,7 +1,5 @@
 //! JSON as tools in the browser save it: an array of shots, each with balls, each with samples.
 
-use std::sync::Arc;
-
 use indexmap::IndexMap;
 use serde_json::value::RawValue;
 
@@ -59,7 +57,7 @@ pub(super) fn read(input: &Input) -> Option<Vec<RawShot>> {
     let line_ends = input.text.match_indices('\n').map(|(at, _)| at).collect();
     let shots = File { input, line_ends }.read()?;
     let message = format!("read as JSON, {}", count_of(shots.len(), "shot"));
-    input.log.add(Subject::Format, None, message);
+    input.job.note(Subject::Format, None, message);
     Some(shots)
 }
 
@@ -147,7 +145,7 @@ impl File<'_> {
             stated.fps = Some(known).filter(|_| stated.time == Some(Unit::Frames));
         }
         let line = tracks.iter().map(RawTrack::line).min().unwrap_or_default();
-        let file = Arc::clone(self.input.file);
+        let file = self.input.job.file.to_path_buf();
         let mut shot = RawShot { name, file, line, stated, times: Vec::new(), tracks };
         shot.regrid();
         Some(shot)

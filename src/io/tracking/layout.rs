@@ -167,6 +167,6 @@ impl Layout {
         if self.stated.format == Format::Kinovea {
             message += "; coordinates of its kinematics window are filtered, which smears an impact: export the trajectories";
         }
-        input.log.add(Subject::Format, None, message);
+        input.job.note(Subject::Format, None, message);
     }
 }

@@ -29,9 +29,9 @@ mod units;
 mod words;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use input::{Context, Notes, Subject, listed};
+use input::{Job, Notes, Subject, listed};
 use raw::{RawShot, Stated};
 use rayon::prelude::*;
 use repair::Wrong;
@@ -40,6 +40,7 @@ use shots_table::{Facts, ShotsTable};
 use units::Unit;
 
 use super::check_unique;
+use super::error::Problems;
 use super::manifest::{Manifest, StatedSpin};
 use super::toml_file::Source;
 use crate::measurement::dataset::Tracks;
@@ -61,7 +62,6 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
         source.wrong("fit.by", message);
     }
     let notes = Notes::default();
-    let context = Context { settings, problems, notes: &notes };
     let canonical = |path: &PathBuf| fs::canonicalize(path).ok();
     let of_shots = settings.shots.as_ref().and_then(canonical);
     let is_shots = |file: &&PathBuf| of_shots.is_some() && canonical(file) == of_shots;
@@ -69,10 +69,11 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     let (mut shots, mut is_motion_capture) = (Vec::new(), true);
     for file in &files {
         let before = problems.len();
-        let Some(read) = read::file(file, context, files.len() == 1) else { continue };
+        let job = Job { file, settings, notes: &notes };
+        let Some(read) = read::file(job, problems, files.len() == 1) else { continue };
         if let Some(first) = read.first() {
             is_motion_capture &= first.stated.format == Format::Qualisys;
-            check_unit(first.stated, file, context);
+            check_unit(first.stated, job, problems);
         }
         // consequences of unreadable rows are not reported
         if problems.len() > before {
@@ -106,7 +107,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     });
     let names = shots.iter().map(|shot| shot.name.as_str());
     check_spins(names.filter(|name| table.facts(name).stated == StatedSpin::Unstated), UNSTATED, source);
-    let (shots, damaged) = finish_all(shots, &table, context);
+    let (shots, damaged) = finish_all(shots, &table, settings, &notes);
     left_out.extend(damaged);
     let unmeasured = shots.iter().filter(|shot| manifest.discs.is_none() && shot.markers.is_empty());
     let names = unmeasured.map(|shot| shot.name.as_str());
@@ -130,14 +131,13 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
 
 /// Notes the unit of lengths that a file states, or that it does not state one; complains if it
 /// contradicts dataset.toml.
-fn check_unit(stated: Stated, file: &Path, context: Context) {
-    let log = context.notes.of(file);
-    let message = match (context.settings.unit(), stated.unit.map(|unit| (unit, unit.name()))) {
+fn check_unit(stated: Stated, job: Job, problems: &Problems) {
+    let message = match (job.settings.unit(), stated.unit.map(|unit| (unit, unit.name()))) {
         (None, Some((Unit::Px, _))) => {
             "its positions are in pixels; expected [scale] length_unit = \"px\"".to_string()
         }
         (None, Some((_, unit))) => {
-            return log.add(Subject::Format, None, format!("lengths are in {unit}, as the file says"));
+            return job.note(Subject::Format, None, format!("lengths are in {unit}, as the file says"));
         }
         (Some(given), Some((unit, name))) if given != unit => {
             let given = given.name();
@@ -147,11 +147,11 @@ fn check_unit(stated: Stated, file: &Path, context: Context) {
         }
         (None, None) if stated.format != Format::Long => {
             let message = "lengths are taken as metres ([scale] length_unit is not given)";
-            return log.add(Subject::Format, None, message);
+            return job.note(Subject::Format, None, message);
         }
         _ => return,
     };
-    context.problems.add(file, None, None, message);
+    problems.add(job.file, None, None, message);
 }
 
 const UNSTATED: [&str; 2] = [
@@ -179,13 +179,13 @@ fn check_spins<'a>(shots: impl Iterator<Item = &'a str>, why: [&str; 2], source:
 fn finish_all(
     shots: Vec<RawShot>,
     table: &ShotsTable,
-    context: Context,
+    settings: &TrackSettings,
+    notes: &Notes,
 ) -> (Vec<TrackShot>, Vec<(String, String)>) {
-    let Context { settings, problems, notes } = context;
     let work: Vec<_> = shots.into_iter().map(|raw| (table.facts(&raw.name).clone(), raw)).collect();
     let finish = |(facts, raw): (Facts, RawShot)| {
         let (name, file, notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
-        let shot = finish::shot(raw, facts, settings, notes.of(&file));
+        let shot = finish::shot(raw, facts, Job { file: &file, settings, notes: &notes });
         (name, file, shot, notes)
     };
     let done: Vec<_> = work.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).map(finish).collect();
@@ -201,7 +201,7 @@ fn finish_all(
         if is_damage && !shots.is_empty() {
             left_out.push((name, format!("{}:{line}: {message}", file.display())));
         } else {
-            problems.add(&file, line, None, message);
+            table.problems.add(&file, line, None, message);
         }
     }
     (shots, left_out)

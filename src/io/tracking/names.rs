@@ -4,8 +4,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use super::calibration::Calibration;
-use super::input::{Log, Notes, Subject, listed, quoted, stem};
+use super::input::{Job, Notes, Subject, listed, quoted, stem};
 use super::raw::{RawShot, RawTrack, Role, Row, sorted, span};
 use super::repair::Wrong;
 use super::settings::{NAMED, Names, TrackSettings};
@@ -27,7 +26,7 @@ const MAX_INEQUALITY: f64 = 0.1;
 ///
 /// # Errors
 /// The first name under each key that is not that of one track.
-pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], log: Log) -> Result<(), Vec<Wrong>> {
+pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], job: Job) -> Result<(), Vec<Wrong>> {
     let RawShot { tracks, line, .. } = raw;
     let mut there: Vec<String> = tracks.iter().map(|track| shortened(&track.name)).collect();
     there.dedup();
@@ -58,7 +57,7 @@ pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], log: Log) -> Result<
             let own = tracks[i].name.clone();
             if own != *name {
                 let message = format!("the track \"{own}\" is [tracks] {key} = \"{name}\"");
-                log.add(Subject::Names, tracks[i].line(), message);
+                job.note(Subject::Names, tracks[i].line(), message);
             }
             tracks[i].role = Some(Role { ball, is_marker, order });
             for point in tracks.iter_mut().filter(|other| !other.is_centre() && other.name == own) {
@@ -155,7 +154,7 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
         }
         let message =
             format!("is cue ball of the shot \"{}\", whose object ball is {}", shot.name, file.display());
-        notes.of(&shot.file).add(Subject::Names, None, message);
+        notes.add(&shot.file, Subject::Names, None, message);
     }
     raw.retain(|shot| !shot.tracks.is_empty());
 }
@@ -200,7 +199,7 @@ pub(super) fn name_by_folder(raw: &mut [RawShot], notes: &Notes) {
     for shot in raw.iter_mut().filter(|shot| counts[&shot.name] > 1) {
         let Some(folder) = shot.file.parent().and_then(Path::file_name) else { continue };
         let message = "files in several folders have equal names: their shots are named with the folder";
-        notes.of(&shot.file).add(Subject::Names, None, message);
+        notes.add(&shot.file, Subject::Names, None, message);
         shot.name = format!("{}/{}", folder.display(), shot.name);
     }
 }
@@ -214,12 +213,7 @@ type Places = Vec<[f64; 2]>;
 ///
 /// # Errors
 /// There are not two discs.
-pub(super) fn find_discs(
-    raw: &RawShot,
-    calibration: &Calibration,
-    facts: &mut Facts,
-    log: Log,
-) -> Result<(), Wrong> {
+pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(), Wrong> {
     let is_named = |name: &str| !matches!(find(&raw.tracks, name), Ok(None));
     if ["cue", "object"].into_iter().any(is_named)
         || raw.tracks.len() < 2
@@ -227,6 +221,7 @@ pub(super) fn find_discs(
     {
         return Ok(());
     }
+    let calibration = job.settings.calibration(raw.stated.unit);
     let points = places(raw, |row| calibration.metres(row.place));
     let groups = if points.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
     let names_of =
@@ -260,7 +255,7 @@ pub(super) fn find_discs(
         quoted(one.iter().flatten()),
         quoted(other.iter().flatten())
     );
-    log.add(Subject::Names, raw.line, message);
+    job.note(Subject::Names, raw.line, message);
     let ([cue, cue_markers], [object, object_markers]) = (one, other);
     facts.names = [cue, object, cue_markers, object_markers].map(Names);
     facts.names_balls = true;

@@ -1,7 +1,7 @@
 //! Which rows are one ball in one clip: clips in a table without a column of shots are separated,
 //! rows that do not name the ball are followed, and pieces of tracks with new ids are joined.
 
-use super::input::{Input, Log, Subject};
+use super::input::{Input, Job, Subject};
 use super::names::find;
 use super::raw::{RawShot, RawTrack, Row, jump_speed};
 use super::repair::remove_lost;
@@ -24,18 +24,11 @@ const MAX_DISTANCE_RATIO: f64 = 0.5;
 
 /// Returns the shots of a file: positions of lost balls are left out, and one shot that is several
 /// clips is separated. `alone`: the names of clips are their numbers, without the file's name.
-pub(super) fn clips(
-    mut shots: Vec<RawShot>,
-    settings: &TrackSettings,
-    alone: bool,
-    log: Log,
-) -> Vec<RawShot> {
-    for shot in &mut shots {
-        remove_lost(shot, log);
-    }
+pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawShot> {
+    shots.iter_mut().for_each(|shot| remove_lost(shot, job));
     // names of shots in the table are believed
     if let [shot] = shots.as_slice() {
-        let clips: Vec<RawShot> = clips_of(shot, settings.fps(), alone);
+        let clips: Vec<RawShot> = clips_of(shot, job.settings.fps(), alone);
         let is_seen = |track: &&RawTrack| track.seen().count() >= MIN_FRAMES;
         let are_clips = clips.iter().all(|clip| clip.tracks.iter().filter(is_seen).count() > 1);
         if clips.len() > 1 && are_clips {
@@ -45,13 +38,11 @@ pub(super) fn clips(
                 clips.len(),
                 names.join(", ")
             );
-            log.add(Subject::Names, None, message);
+            job.note(Subject::Names, None, message);
             shots = clips;
         }
     }
-    for shot in &mut shots {
-        name_followed(shot, settings);
-    }
+    shots.iter_mut().for_each(|shot| name_followed(shot, job.settings));
     shots
 }
 
@@ -107,13 +98,13 @@ pub(super) fn follow(shots: &mut [RawShot], input: &Input) {
         if let Some(first) = others.first() {
             let are = if others.len() == 1 { "row" } else { "rows" };
             let message = format!("{} {are} of other objects than the two balls: left out", others.len());
-            input.log.add(Subject::Gaps, *first, message);
+            input.job.note(Subject::Gaps, *first, message);
         }
         shot.tracks = tracks;
         shot.regrid();
     }
     let message = "rows do not name the ball: both balls are followed from frame to frame, and the one that moves first is the cue ball";
-    input.log.add(Subject::Names, None, message);
+    input.job.note(Subject::Names, None, message);
 }
 
 /// Names the tracks that were followed: the first to move is the cue ball.
@@ -146,7 +137,7 @@ fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
 
 /// Joins pieces to both balls' tracks: those that dataset.toml names or, if at most two tracks are
 /// seen at a time, the first two. Other pieces are left.
-pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, log: Log) {
+pub(super) fn join(shot: &mut RawShot, job: Job) {
     let is_plain = |track: &RawTrack| track.is_centre() && track.written().next().is_some();
     if shot.tracks.len() < 3 || !shot.tracks.iter().all(is_plain) {
         return;
@@ -154,7 +145,7 @@ pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, log: Log) {
     let begin = |i: &usize| shot.tracks[*i].written().next().map_or(0.0, |row| row.time);
     let mut order: Vec<usize> = (0..shot.tracks.len()).collect();
     order.sort_by(|a, b| begin(a).total_cmp(&begin(b)));
-    let Some(heads) = heads(shot, &order, settings) else { return };
+    let Some(heads) = heads(shot, &order, job.settings) else { return };
     if !heads.iter().all(|head| is_in_order(&shot.tracks[*head])) {
         return;
     }
@@ -167,7 +158,7 @@ pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, log: Log) {
             "\"{}\" begins where \"{}\" ends, in line {last}: taken as the same ball",
             piece.name, track.name
         );
-        log.add(Subject::Names, piece.line(), message);
+        job.note(Subject::Names, piece.line(), message);
         track.rows.retain(|row| row.line > 0);
         track.rows.extend(piece.written());
     }

@@ -1,7 +1,6 @@
 //! Positions as all formats are read: in the file's units, on one grid of frames, with their lines.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use super::settings::Format;
 use super::units::Unit;
@@ -9,7 +8,7 @@ use super::units::Unit;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RawShot {
     pub(crate) name: String,
-    pub(crate) file: Arc<PathBuf>,
+    pub(crate) file: PathBuf,
     pub(crate) line: usize,
     pub(crate) stated: Stated,
     /// The times of the frames, ascending. Two frames have one time if a track has it in two rows.

@@ -2,44 +2,42 @@
 
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
 
 use super::formats::FORMATS;
 use super::heading::{Heading, TITLES, headings};
-use super::input::{Context, Input, Subject, stem};
+use super::input::{Input, Job, Subject, stem};
 use super::layout::Layout;
 use super::raw::{RawShot, RawTrack};
 use super::settings::Format;
 use super::{columns, json, pieces, reader};
+use crate::io::error::Problems;
 use crate::io::number::shortened;
 use crate::io::text::{decode, filled_lines, without_separator_line};
 
 /// Returns the shots of a file, with clips separated and pieces of tracks joined. `alone`: the
 /// names of clips are their numbers, without the file's name.
-pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Vec<RawShot>> {
-    let Context { settings, problems, notes } = context;
+pub(super) fn file(job: Job, problems: &Problems, alone: bool) -> Option<Vec<RawShot>> {
+    let file = job.file;
     let wrong = |error| problems.add(file, None, None, format!("cannot be read: {error}"));
     let bytes = fs::read(file).map_err(wrong).ok()?;
     let (text, latin) = decode(&bytes);
-    let log = notes.of(file);
     if let Some(line) = latin {
         let message = "is not UTF-8 text from here on; read as Latin-1, which matters to names only";
-        log.add(Subject::Format, line, message);
+        job.note(Subject::Format, line, message);
     }
     let (text, _) = without_separator_line(text);
     if is_tracker_project(file, &text) {
         problems.add(file, None, None, TRACKER_PROJECT);
         return None;
     }
-    let (stem, file) = (stem(file), Arc::new(file.to_path_buf()));
-    let input = Input { file: &file, text: &text, stem: &stem, settings, problems, log };
-    let mut shots = pieces::clips(as_written(&input)?, settings, alone, log);
-    shots.iter_mut().for_each(|shot| pieces::join(shot, settings, log));
+    let input = Input { job, text: &text, stem: &stem(file), problems };
+    let mut shots = pieces::clips(as_written(&input)?, alone, job);
+    shots.iter_mut().for_each(|shot| pieces::join(shot, job));
     Some(shots)
 }
 
 fn as_written(input: &Input) -> Option<Vec<RawShot>> {
-    let settings = input.settings;
+    let settings = input.job.settings;
     let stated = settings.tracks.format;
     let wanted = |format: Format| stated == format || stated == Format::Auto;
     if let Some(columns) = &settings.tracks.columns {
@@ -81,7 +79,7 @@ fn begin_at_zero(shot: &mut RawShot, input: &Input) {
     for RawTrack { name, rows, .. } in &mut shot.tracks {
         for row in rows.iter_mut().filter(|row| row.place == [0.0, 0.0]) {
             row.lose();
-            input.log.add(Subject::Gaps, row.line, format!("\"{name}\" is at 0, 0: taken as a gap"));
+            input.job.note(Subject::Gaps, row.line, format!("\"{name}\" is at 0, 0: taken as a gap"));
         }
     }
 }
@@ -100,7 +98,7 @@ fn complain_of_format(headings: &[Heading], input: &Input) {
     let Some((line, first)) = filled_lines(input.text).next() else {
         return input.wrong(None, None, "is empty; expected tracked positions");
     };
-    let format = input.settings.tracks.format;
+    let format = input.job.settings.tracks.format;
     let expected = match format {
         Format::Auto => {
             "a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a section \

@@ -1,7 +1,6 @@
 //! Reading of a file's rows to shots and tracks, for all formats.
 
 use std::borrow::Cow;
-use std::sync::Arc;
 
 use indexmap::IndexMap;
 
@@ -33,7 +32,7 @@ pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
         if content.starts_with('#') {
             if cells.is_ok_and(|cells| layout.shot == Some(0) && cells.len() == layout.heading.names.len()) {
                 let message = "rows that begin with #, passed over as comments: quote names of shots that begin with it";
-                input.log.add(Subject::Repeated, line, message);
+                input.job.note(Subject::Repeated, line, message);
             }
             continue;
         }
@@ -86,11 +85,11 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body]) {
-        let Input { file, problems, stem, log, .. } = *self.input;
+        let Input { job, problems, stem, .. } = *self.input;
         let layout = self.layout;
         let at = |column: usize| {
             let (column, text) = (layout.heading.names[column].as_str(), cells[column].as_ref());
-            Place { file, line, column, text, problems }
+            Place { file: job.file, line, column, text, problems }
         };
         let before = problems.len();
         let ball = layout.ball();
@@ -99,7 +98,7 @@ impl Reader<'_> {
             if what == "ball" && layout.stated.format == Format::Columns {
                 self.trackless.get_or_insert(line);
                 let message = format!("rows that belong to no track ({} is empty): left out", cell.column);
-                return log.add(Subject::Gaps, line, message);
+                return job.note(Subject::Gaps, line, message);
             }
             cell.wrong(format!("is empty; expected the name of a {what}"));
         }
@@ -147,7 +146,8 @@ impl Reader<'_> {
     /// Returns the index of a shot, which is begun unless it is known.
     fn shot(&mut self, name: &str, line: usize) -> usize {
         self.shots.get_index_of(name).unwrap_or_else(|| {
-            let (file, stated, name) = (Arc::clone(self.input.file), self.layout.stated, name.to_string());
+            let (file, name) = (self.input.job.file.to_path_buf(), name.to_string());
+            let stated = self.layout.stated;
             let shot = RawShot { name, file, line, stated, times: Vec::new(), tracks: Vec::new() };
             self.shots.insert_full(shot.name.clone(), shot).0
         })
@@ -198,7 +198,7 @@ impl Reader<'_> {
             return place;
         }
         let message = format!("a position of a likelihood below {LIKELY}: taken as a gap");
-        self.input.log.add(Subject::Gaps, at(body.xy[0]).line, message);
+        self.input.job.note(Subject::Gaps, at(body.xy[0]).line, message);
         [f64::NAN; 2]
     }
 
@@ -215,17 +215,17 @@ impl Reader<'_> {
 
     /// Reports properties of all rows, and returns the shots. Time codes become numbers of frames.
     fn finish(self) -> Vec<RawShot> {
-        let Input { file, problems, log, .. } = *self.input;
+        let Input { job, problems, .. } = *self.input;
         if let (Some(column), Some(first), true) = (self.layout.ball(), self.trackless, self.shots.is_empty())
         {
             let message = "is empty in every row; expected names of tracks, or no ball in [tracks.columns]: both balls are then followed \
                            from frame to frame";
             self.input.wrong(first, self.layout.heading.names[column].as_str(), message);
         }
-        self.times.finish(file, problems);
-        self.positions.finish(file, problems);
+        self.times.finish(job.file, problems);
+        self.positions.finish(job.file, problems);
         if self.positions.is_comma() || self.times.is_comma() {
-            log.add(Subject::Format, None, "decimal comma");
+            job.note(Subject::Format, None, "decimal comma");
         }
         let mut shots: Vec<RawShot> = self.shots.into_values().collect();
         shots.iter_mut().for_each(RawShot::regrid);
@@ -236,7 +236,7 @@ impl Reader<'_> {
                 && let Some(rate) = count_frames(&mut shots)
             {
                 let message = format!("times are time codes h:mm:ss:ff with {rate} frames to a second");
-                log.add(Subject::Clock, line, message);
+                job.note(Subject::Clock, line, message);
                 stated = Stated { time: Some(Unit::Frames), rounding: None, ..stated };
             }
             for shot in &mut shots {

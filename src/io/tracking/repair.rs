@@ -1,7 +1,7 @@
 //! Faults between the camera and the file: lost balls, duplicate rows, rows out of order, repeated
 //! frames, exchanged names of balls. They are repaired if the repair is certain.
 
-use super::input::{Log, Subject};
+use super::input::{Job, Subject};
 use super::raw::{RawShot, RawTrack, Row, jump_speed, sorted, value_at};
 
 /// Least ratio of the step after a frame in which both balls stand still to the step before it at
@@ -41,7 +41,7 @@ impl Wrong {
 
 /// Makes gaps of the positions that programs write for a lost ball, unless the ball's path leads
 /// there, and of impossible places and times: a lost decimal point, a misprint.
-pub(super) fn remove_lost(shot: &mut RawShot, log: Log) {
+pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
     let paths = shot.tracks.iter().filter(|track| !track.is_angle);
     let paths: Vec<Vec<&Row>> = paths.map(|track| track.seen().collect()).collect();
     // the ranges of the middle nine tenths of x, y and time
@@ -90,7 +90,7 @@ pub(super) fn remove_lost(shot: &mut RawShot, log: Log) {
         for (row, why) in rows.iter_mut().filter(|row| !row.is_gap()).zip(&mut lost) {
             let Some(why) = why else { continue };
             let [x, y] = row.place;
-            log.add(Subject::Gaps, row.line, format!("\"{name}\" is at ({x}, {y}), {why}: taken as a gap"));
+            job.note(Subject::Gaps, row.line, format!("\"{name}\" is at ({x}, {y}), {why}: taken as a gap"));
             row.lose();
         }
     }
@@ -111,7 +111,7 @@ impl Row {
 /// # Errors
 /// A track at two places at one time, or a clock that starts again: another clip, or times that wrap
 /// around.
-pub(super) fn unite_frames(shot: &mut RawShot, log: Log) -> Result<(), Wrong> {
+pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Result<(), Wrong> {
     for RawTrack { name, rows, .. } in &mut shot.tracks {
         rows.retain(|row| row.line > 0);
         let mut written: Vec<&Row> = rows.iter().collect();
@@ -143,7 +143,7 @@ pub(super) fn unite_frames(shot: &mut RawShot, log: Log) -> Result<(), Wrong> {
             }
             let message =
                 format!("\"{name}\" has its time twice (line {}); one row is passed over", known.line);
-            log.add(Subject::Repeated, row.line, message);
+            job.note(Subject::Repeated, row.line, message);
             if known.is_gap() {
                 *known = *row;
             }
@@ -151,7 +151,7 @@ pub(super) fn unite_frames(shot: &mut RawShot, log: Log) -> Result<(), Wrong> {
         *rows = united;
         if let Some(Wrong { line, .. }) = clip {
             let message = format!("the rows of \"{name}\" are not in the order of time; put in order");
-            log.add(Subject::Order, line, message);
+            job.note(Subject::Order, line, message);
         }
     }
     shot.regrid();
@@ -170,7 +170,7 @@ pub(super) fn remove_repeated_frames(
     [cue, object]: &mut [RawTrack; 2],
     fps: f64,
     resolution: f64,
-    log: Log,
+    job: Job,
 ) -> Result<(), Wrong> {
     let frames = frames_of_both(cue, object);
     let step = |two: &[usize]| {
@@ -202,7 +202,7 @@ pub(super) fn remove_repeated_frames(
             );
             return Err(Wrong::damaged(line, message));
         }
-        log.add(Subject::Repeated, line, format!("{both}: a repeated frame, taken as a gap"));
+        job.note(Subject::Repeated, line, format!("{both}: a repeated frame, taken as a gap"));
         lost.extend(&frames[first + 1..=end]);
     }
     for frame in lost {
@@ -216,7 +216,7 @@ pub(super) fn remove_repeated_frames(
 pub(super) fn undo_swaps(
     [cue, object]: &mut [RawTrack; 2],
     fps: f64,
-    log: Log,
+    job: Job,
 ) -> Result<Option<usize>, Wrong> {
     let mut swaps: Vec<usize> = Vec::new();
     for two in frames_of_both(cue, object).windows(2) {
@@ -241,7 +241,7 @@ pub(super) fn undo_swaps(
             "\"{}\" and \"{}\" have exchanged their names from here{last}; exchanged back",
             cue.name, object.name
         );
-        log.add(Subject::Swapped, cue.rows[pair[0]].line, message);
+        job.note(Subject::Swapped, cue.rows[pair[0]].line, message);
         let until = until.unwrap_or(cue.rows.len());
         cue.rows[pair[0]..until].swap_with_slice(&mut object.rows[pair[0]..until]);
     }

@@ -48,7 +48,7 @@ impl Facts {
 /// The rows of the table by the names of shots, in the order of the file.
 pub(super) struct ShotsTable<'a> {
     path: PathBuf,
-    problems: &'a Problems,
+    pub(crate) problems: &'a Problems,
     rows: IndexMap<String, Facts>,
     /// The facts of shots without a row, whose labels are empty.
     pub(crate) others: Facts,

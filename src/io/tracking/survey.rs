@@ -10,7 +10,7 @@ use minijinja::{Value as Values, context};
 
 use super::column_names::{Column, Columns};
 use super::heading::{Heading, Rows, TITLES, headings};
-use super::input::{Context, Notes, quoted};
+use super::input::{Job, Notes, quoted};
 use super::names::are_two_discs;
 use super::raw::{RawShot, sorted, span};
 use super::read;
@@ -66,7 +66,8 @@ impl Survey {
             return plain;
         }
         let guess = fs::read(file).ok().and_then(|bytes| columns(&decode(&bytes).0));
-        let guess = guess.filter(|guess| plain.is_err() || guess.has_boxes());
+        let has_boxes = |guess: &Guess| ["width", "x2"].iter().any(|key| guess.columns.contains_key(*key));
+        let guess = guess.filter(|guess| plain.is_err() || has_boxes(guess));
         guess.and_then(|guess| Self::read(file, guess).ok()).map_or(plain, Ok)
     }
 
@@ -75,9 +76,11 @@ impl Survey {
         let source = Source::new(file, "", &problems);
         let settings = TrackSettings { discs: guess.has_angles(), ..TrackSettings::default() };
         let mut settings = settings.checked(&source);
-        settings.tracks.columns = guess.certain();
-        let context = Context { settings: &settings, problems: &problems, notes: &Notes::default() };
-        let read = read::file(file, context, true);
+        let mut certain = guess.columns.clone();
+        certain.retain(|key, _| !guess.is_doubtful(key));
+        settings.tracks.columns = Some(certain).filter(|columns| !columns.is_empty());
+        let job = Job { file, settings: &settings, notes: &Notes::default() };
+        let read = read::file(job, &problems, true);
         let problems = problems.into_error().problems().to_vec();
         match read {
             // without rows, only names support the guess
@@ -252,18 +255,8 @@ impl Guess {
         self.is_size_doubtful && (key.ends_with("width") || key.ends_with("height"))
     }
 
-    fn certain(&self) -> Option<Columns> {
-        let mut columns = self.columns.clone();
-        columns.retain(|key, _| !self.is_doubtful(key));
-        (!columns.is_empty()).then_some(columns)
-    }
-
     fn has_angles(&self) -> bool {
         self.columns.keys().any(|key| key.ends_with("angle"))
-    }
-
-    fn has_boxes(&self) -> bool {
-        ["width", "x2"].iter().any(|key| self.columns.contains_key(*key))
     }
 }
 

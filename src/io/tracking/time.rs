@@ -3,9 +3,8 @@
 //! The clock of a file shows frame n at t = t₀ + n/rate, rounded to its resolution: whole numbers n
 //! are searched for that agree with all times.
 
-use super::input::{Log, Subject};
+use super::input::{Job, Subject};
 use super::raw::{RawShot, RawTrack, sorted, span};
-use super::settings::TrackSettings;
 use super::units::Unit;
 
 /// Largest relative deviation of the spacing of times from 1/`capture_fps`, and of a step from a
@@ -23,13 +22,9 @@ const NEEDS_RATE: &str = "expected [video] capture_fps, the frames per second th
 
 /// Converts the times of a shot's rows to seconds of the camera's clock and returns its frame rate;
 /// `fps` is the stated one. `Err`: the reason, and the remedy.
-pub(super) fn convert(
-    shot: &mut RawShot,
-    fps: Option<f64>,
-    settings: &TrackSettings,
-    log: Log,
-) -> Result<f64, String> {
-    let (stated, playback_fps) = (shot.stated, settings.video.playback_fps);
+pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<f64, String> {
+    let (stated, settings) = (shot.stated, job.settings);
+    let playback_fps = settings.video.playback_fps;
     if settings.video.has_unknown_rate() && (stated.time != Some(Unit::Frames) || stated.fps.is_some()) {
         let message = "[video] capture_fps is \"unknown\", but this file has times; expected frame numbers, or no capture_fps";
         return Err(message.to_string());
@@ -63,7 +58,7 @@ pub(super) fn convert(
     };
     let mut grid = Grid::of(shot, second);
     let line = shot.line;
-    let note = |message: String| log.add(Subject::Clock, line, message);
+    let note = |message: String| job.note(Subject::Clock, line, message);
     let (times, fps) = match rate.zip(fps) {
         None => grid.own_times(note)?,
         Some((rate, fps)) => {
