@@ -10,7 +10,7 @@ use toml::Value;
 
 use super::error::Problem;
 use super::table::separator;
-use super::text::{Separator, decode, filled_lines, trimmed, without_separator_line};
+use super::text::{decode, filled_lines, trimmed, without_separator_line};
 use super::tracking::shots_table::KNOWN;
 use super::tracking::{Survey, TRACKER_PROJECT, is_tracker_project};
 use crate::words::Sentences;
@@ -340,6 +340,6 @@ fn header(bytes: &[u8]) -> Vec<String> {
     let mut lines = filled_lines(&text).map(|(_, line)| line);
     let first = lines.clone().find(|line| !line.trim_start().starts_with('#'));
     let first = first.or_else(|| lines.next()).unwrap_or_default();
-    let separator = Separator::Char(stated.unwrap_or_else(|| separator(first)));
-    trimmed(first, separator).unwrap_or_else(|| vec![first.to_string()])
+    let separator = stated.unwrap_or_else(|| separator(first));
+    trimmed(first, Some(separator)).unwrap_or_else(|| vec![first.to_string()])
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::error::{Problems, did_you_mean, nearest};
 use super::manifest::StatedSpin;
 use super::number::{Mark, Place, parse};
-use super::text::{Separator, Slip, cells, filled_lines, line_end, read_utf8, without_separator_line};
+use super::text::{Slip, cells, filled_lines, line_end, name_of, read_utf8, without_separator_line};
 use crate::measurement::fault::{Condition, Fault, POSITIVE};
 use crate::measurement::number::count_of;
 use crate::measurement::observable::Measured;
@@ -300,7 +300,7 @@ pub(crate) fn separator(text: &str) -> char {
 
 /// Returns the message about a row with another number of cells than the header.
 fn wrong_width(found: usize, expected: usize, separator: char) -> String {
-    let name = Separator::Char(separator).name();
+    let name = name_of(Some(separator));
     let hint = match separator {
         _ if found < expected => format!("leave a cell empty, but keep its {}", name.trim_end_matches('s')),
         ',' => "write decimals with a point, and text that has commas in quotation marks".to_string(),
@@ -319,14 +319,14 @@ fn records(text: &str, separator: char, wrong: &dyn Fn(usize, &str)) -> Vec<Reco
         let length = |from: usize| rest[from..].find(end).map_or(rest.len(), |length| from + length);
         let mut record = &rest[..length(0)];
         let is_comment = record.trim_start().starts_with('#');
-        let mut found = cells(record, Separator::Char(separator));
+        let mut found = cells(record, Some(separator));
         while let Err(Slip::Open(_)) = &found
             && !is_comment
             && let Some(next) = rest[record.len()..].find('"')
         {
             // the cell goes on below, at least to the line of the next quotation mark
             record = &rest[..length(record.len() + next)];
-            found = cells(record, Separator::Char(separator));
+            found = cells(record, Some(separator));
         }
         let line_of = |at: usize| line + record[..at].matches(end).count();
         match found {

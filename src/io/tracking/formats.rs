@@ -183,7 +183,7 @@ fn sections(input: &Input) -> Layout {
         (is_apart, before) = (false, time.or(before));
     }
     let names = ["T", "X", "Y"].map(str::to_string).to_vec();
-    let heading = Heading::plain(1, 1, Separator::Blanks, names);
+    let heading = Heading::plain(1, 1, None, names);
     let layout = Layout::new(Format::Kinovea, heading, blocks, Some((0, true)), input);
     Layout { stated: Stated { time: None, ..layout.stated }, ..layout }
 }
@@ -191,7 +191,7 @@ fn sections(input: &Input) -> Layout {
 /// Finds exports of Qualisys Track Manager: keys above the rows, three columns for each marker,
 /// perhaps below their names and behind columns of frames and times.
 fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
-    const TAB: Separator = Separator::Char('\t');
+    const TAB: Separator = Some('\t');
     let (_, first) = filled_lines(input.text).next()?;
     if !["NO_OF_FRAMES", "FILE_VERSION"].iter().any(|key| first.starts_with(key)) {
         return None;

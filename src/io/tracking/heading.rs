@@ -8,7 +8,7 @@ use super::input::Input;
 use super::time::{first_apart, resolution};
 use super::units::Unit;
 use crate::io::number::{parse, value};
-use crate::io::text::{Separator, filled_lines, trimmed, unmarked};
+use crate::io::text::{SEPARATORS, Separator, filled_lines, trimmed, unmarked};
 
 /// Maximum number of lines of titles above the names of columns, as spreadsheets have.
 pub(super) const TITLES: usize = 10;
@@ -47,17 +47,17 @@ pub(super) fn headings(text: &str, count: usize) -> Vec<Heading> {
         if titles > count {
             break;
         }
-        headings.extend(Separator::ALL.into_iter().filter_map(|separator| Heading::of(&lines, i, separator)));
+        headings.extend(SEPARATORS.iter().filter_map(|(separator, _)| Heading::of(&lines, i, *separator)));
     }
     headings
 }
 
 impl Heading {
-    fn of(lines: &[(usize, &str)], i: usize, separator: Separator) -> Option<Self> {
+    fn of(lines: &[(usize, &str)], i: usize, separator: char) -> Option<Self> {
         let (line, content) = lines[i];
         let (titles, below) = (&lines[..i], &lines[i + 1..]);
-        let is_blank = separator == Separator::Char(' ');
-        let separator = if is_blank { blanks(unmarked(content), below.first()) } else { separator };
+        let is_blank = separator == ' ';
+        let separator = if is_blank { blanks(unmarked(content), below.first()) } else { Some(separator) };
         let own = trimmed(unmarked(content), separator)?;
         let is_comment = content.trim_start().starts_with('#');
         let own_names = split_all(&own).0.iter().map(|name| name.to_lowercase()).collect();
@@ -162,10 +162,10 @@ impl Heading {
 
 /// Returns the separator of names: single blanks if the row below has as many cells.
 fn blanks(names: &str, below: Option<&(usize, &str)>) -> Separator {
-    const SINGLE: Separator = Separator::Char(' ');
+    const SINGLE: Separator = Some(' ');
     let count = |line: &str| trimmed(line.trim_end(), SINGLE).map_or(0, |cells| cells.len());
     let fits = below.is_none_or(|(_, row)| count(row) == count(names));
-    if fits && !names.starts_with(' ') && !names.contains("  ") { SINGLE } else { Separator::Blanks }
+    if fits && !names.starts_with(' ') && !names.contains("  ") { SINGLE } else { None }
 }
 
 /// Splits `x_mm` into `x` and mm; `None` if the last word is not a unit or does not suit the name.

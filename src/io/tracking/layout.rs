@@ -6,6 +6,7 @@ use super::input::{Input, Subject, listed, quoted};
 use super::raw::Stated;
 use super::settings::Format;
 use super::units::Unit;
+use crate::io::text::name_of;
 
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
@@ -147,7 +148,7 @@ impl Layout {
     /// Notes how a file is read, and which of its columns are not.
     pub(super) fn note(&self, input: &Input) {
         let Heading { names, separator, above, .. } = &self.heading;
-        let (format, separator, first) = (self.stated.format.shown(), separator.name(), above + 1);
+        let (format, separator, first) = (self.stated.format.shown(), name_of(*separator), above + 1);
         let mut message = format!("read as {format}, {separator} between cells, rows from line {first} on");
         let named = self.bodies().filter(|body| body.part == Part::Centre && !body.name.is_empty());
         let tracks = quoted(named.map(|body| &body.name));

@@ -11,7 +11,7 @@ use super::raw::{RawShot, RawTrack, Row, Stated};
 use super::settings::Format;
 use super::units::Unit;
 use crate::io::number::{Mark, Place, shortened};
-use crate::io::text::{self, Separator, lines};
+use crate::io::text::{self, lines};
 
 /// Number of problems of a file after which reading ends.
 const MAX_PROBLEMS: usize = 100;
@@ -55,13 +55,13 @@ fn with_width<'a>(mut cells: Vec<Cow<'a, str>>, layout: &Layout) -> Result<Vec<C
         cells.pop();
     }
     let is_open = names.last().is_some_and(String::is_empty) && cells.len() + 1 == width;
-    if (separator.is_white() || is_open) && cells.len() < width {
+    if (matches!(separator, None | Some(' ' | '\t')) || is_open) && cells.len() < width {
         cells.resize(width, Cow::Borrowed(""));
     }
     if cells.len() == width {
         return Ok(cells);
     }
-    let hint = if separator == Separator::Char(',') && cells.len() > width {
+    let hint = if separator == Some(',') && cells.len() > width {
         "; if they are decimal commas, export with another separator, such as semicolons or tabs"
     } else {
         ""
