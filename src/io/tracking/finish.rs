@@ -42,8 +42,6 @@ pub(super) fn shot(mut raw: RawShot, mut facts: Facts, job: Job) -> Result<Track
         let message = format!("the track \"{}\" is not cue or object; passed over", shortened(&other.name));
         job.note(Subject::Names, other.line(), message);
     }
-    // without the frames that only they have
-    raw.regrid();
     raw.tracks.sort_by_key(|track| track.role);
     of_balls(raw, facts, job).map_err(|wrong| vec![wrong])
 }
@@ -111,13 +109,13 @@ fn centre(tracks: &mut Vec<RawTrack>, ball: usize) -> RawTrack {
     if points.len() < 2 {
         return tracks.extract_if(.., |track| is_of(track)).next().unwrap_or_default();
     }
-    let mean = |frame: usize| {
-        let axis = |k: usize| points.iter().map(|track| track.rows[frame].place[k]).sum::<f64>();
-        let place = [axis(0), axis(1)].map(|sum| sum / points.len() as f64);
-        Row { place, ..points[0].rows[frame] }
+    let mean = |row: &Row| {
+        let place = |track: &&RawTrack, k: usize| track.at(row.time).map_or(f64::NAN, |row| row.place[k]);
+        let axis = |k: usize| points.iter().map(|track| place(track, k)).sum::<f64>();
+        Row { place: [axis(0), axis(1)].map(|sum| sum / points.len() as f64), ..*row }
     };
     let names: Vec<_> = points.iter().map(|track| track.name.as_str()).collect();
-    let rows = (0..points[0].rows.len()).map(mean).collect();
+    let rows = points[0].rows.iter().map(mean).collect();
     RawTrack { name: names.join(" + "), rows, ..RawTrack::default() }
 }
 
@@ -199,7 +197,8 @@ fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
 fn turned(angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
     /// Distance of the point from the centre, m; arbitrary.
     const ARM: f64 = 0.02;
-    let point = |(row, centre): (&Row, &Row)| {
+    let point = |[i, j]: [usize; 2]| {
+        let (row, centre) = (&angles.rows[i], &centre.rows[j]);
         let (sin, cos) = row.place[0].sin_cos();
         let middle = centre.place;
         let [x, y] = calibration.metres(middle);
@@ -208,6 +207,5 @@ fn turned(angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Ve
         let place = [x + ARM * (along - x) / length, y + ARM * (up - y) / length];
         Sample::new(row.time + calibration.delay(middle[1]), place)
     };
-    let both = angles.rows.iter().zip(&centre.rows);
-    both.filter(|(row, centre)| !row.is_gap() && !centre.is_gap()).map(point).collect()
+    angles.frames_with(centre).into_iter().map(point).collect()
 }

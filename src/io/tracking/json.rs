@@ -106,7 +106,7 @@ impl File<'_> {
         for (number, raw) in (1..).zip(&shots) {
             let number = if shots.len() == 1 { String::new() } else { format!("-{number}") };
             let shot = self.shot(raw, &root, format!("{}{number}", self.input.stem), unit)?;
-            read.extend(Some(shot).filter(|shot| !shot.times.is_empty()));
+            read.extend(Some(shot).filter(|shot| shot.tracks.iter().any(|track| !track.rows.is_empty())));
         }
         Some(read)
     }
@@ -146,9 +146,8 @@ impl File<'_> {
         }
         let line = tracks.iter().map(RawTrack::line).min().unwrap_or_default();
         let file = self.input.job.file.to_path_buf();
-        let mut shot = RawShot { name, file, line, stated, times: Vec::new(), tracks };
-        shot.regrid();
-        Some(shot)
+        tracks.iter_mut().for_each(RawTrack::sort);
+        Some(RawShot { name, file, line, stated, tracks })
     }
 
     /// Reads `{t, x, y}`, or `{frame, x, y}`, or `[t, x, y]`, whose unit of time is not stated.

@@ -79,7 +79,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
         if problems.len() > before {
             continue;
         }
-        if read.iter().all(|shot| shot.times.is_empty()) {
+        if read.iter().flat_map(|shot| &shot.tracks).all(|track| track.rows.is_empty()) {
             problems.add(file, None, None, "has no rows below its header; expected positions");
         }
         shots.extend(read);

@@ -144,7 +144,6 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
         let (tracks, file) = (std::mem::take(&mut raw[*j].tracks), raw[*j].file.clone());
         let shot = &mut raw[*i];
         shot.tracks.extend(tracks);
-        shot.regrid();
         for (track, name) in shot.tracks.iter_mut().zip(names) {
             track.name = name.to_string();
         }
@@ -268,7 +267,10 @@ pub(super) fn are_two_discs(shot: &RawShot) -> bool {
 }
 
 fn places(shot: &RawShot, place: impl Fn(&Row) -> [f64; 2]) -> Vec<Places> {
-    shot.tracks.iter().map(|track| track.rows.iter().map(&place).collect()).collect()
+    let times = shot.times();
+    let place_at = |track: &RawTrack, time: f64| track.at(time).map_or([f64::NAN; 2], &place);
+    let path = |track: &RawTrack| times.iter().map(|time| place_at(track, *time)).collect();
+    shot.tracks.iter().map(path).collect()
 }
 
 /// Returns the groups of three or more points of which every two keep their distance, the most

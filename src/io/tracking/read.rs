@@ -74,8 +74,8 @@ fn by_layout(layout: &Layout, input: &Input) -> Vec<RawShot> {
 
 /// Counts the times of Qualisys from the first row on, and turns positions at 0, 0 into gaps.
 fn begin_at_zero(shot: &mut RawShot, input: &Input) {
-    let first = shot.times.first().copied().unwrap_or_default();
-    shot.set_times(shot.times.iter().map(|time| time - first).collect());
+    let first = shot.times().first().copied().unwrap_or_default();
+    shot.map_times(|time| time - first);
     for RawTrack { name, rows, .. } in &mut shot.tracks {
         for row in rows.iter_mut().filter(|row| row.place == [0.0, 0.0]) {
             row.lose();

@@ -148,7 +148,7 @@ impl Reader<'_> {
         self.shots.get_index_of(name).unwrap_or_else(|| {
             let (file, name) = (self.input.job.file.to_path_buf(), name.to_string());
             let stated = self.layout.stated;
-            let shot = RawShot { name, file, line, stated, times: Vec::new(), tracks: Vec::new() };
+            let shot = RawShot { name, file, line, stated, tracks: Vec::new() };
             self.shots.insert_full(shot.name.clone(), shot).0
         })
     }
@@ -228,7 +228,7 @@ impl Reader<'_> {
             job.note(Subject::Format, None, "decimal comma");
         }
         let mut shots: Vec<RawShot> = self.shots.into_values().collect();
-        shots.iter_mut().for_each(RawShot::regrid);
+        shots.iter_mut().flat_map(|shot| &mut shot.tracks).for_each(RawTrack::sort);
         if let Some((Some(style), line)) = self.clock {
             let (rounding, stated) = (Some(style.resolution()), self.layout.stated);
             let mut stated = Stated { time: Some(Unit::S), rounding, ..stated };

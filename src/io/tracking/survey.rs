@@ -237,8 +237,8 @@ fn extent(shot: &RawShot) -> f64 {
 
 fn closest(shot: &RawShot) -> Option<f64> {
     let [one, other] = shot.centres()?;
-    // NaN in a gap, which `min` ignores
-    let distances = one.rows.iter().zip(&other.rows).map(|(one, other)| one.distance(other));
+    let frames = one.frames_with(other).into_iter();
+    let distances = frames.map(|[i, j]| one.rows[i].distance(&other.rows[j]));
     Some(distances.fold(f64::INFINITY, f64::min)).filter(|least| least.is_finite())
 }
 

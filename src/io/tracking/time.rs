@@ -4,7 +4,7 @@
 //! are searched for that agree with all times.
 
 use super::input::{Job, Subject};
-use super::raw::{RawShot, RawTrack, sorted, span};
+use super::raw::{RawShot, sorted, span};
 use super::units::Unit;
 
 /// Largest relative deviation of the spacing of times from 1/`capture_fps`, and of a step from a
@@ -46,14 +46,14 @@ pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<
     };
     let Some(second) = unit.seconds() else {
         let fps = fps.ok_or_else(|| format!("time is in frames; {NEEDS_RATE}"))?;
-        let rows = || shot.tracks.iter().flat_map(RawTrack::written);
-        if let Some(row) = rows().find(|row| row.time.fract() != 0.0) {
+        let mut rows = shot.tracks.iter().flat_map(|track| &track.rows);
+        if let Some(row) = rows.find(|row| row.time.fract() != 0.0) {
             return Err(format!(
                 "line {}: frame {} is not a whole number; if it is a time, say [tracks] time_unit",
                 row.line, row.time
             ));
         }
-        shot.set_times(shot.times.iter().map(|time| time / fps).collect());
+        shot.map_times(|time| time / fps);
         return Ok(fps);
     };
     let mut grid = Grid::of(shot, second);
@@ -66,11 +66,12 @@ pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<
             (grid.camera_times([rate, fps], playback_fps.is_some(), note)?, fps)
         }
     };
-    let scaled = shot.times.iter().map(|time| time * second);
-    let new = |(i, time): (usize, f64)| {
-        times[if grid.are_rows { i } else { grid.times.partition_point(|other| *other < time) }]
-    };
-    shot.set_times(scaled.enumerate().map(new).collect());
+    if grid.are_rows {
+        let rows = shot.tracks.iter_mut().flat_map(|track| track.rows.iter_mut().zip(&times));
+        rows.for_each(|(row, time)| row.time = *time);
+    } else {
+        shot.map_times(|time| times[grid.times.partition_point(|other| *other < time * second)]);
+    }
     Ok(fps)
 }
 
@@ -110,14 +111,15 @@ impl Grid {
     fn count_repeated(&mut self, shot: &RawShot, second: f64, rate: f64) -> Result<(), String> {
         let is_whole = |t: &f64| (t * rate - (t * rate).round()).abs() < MAX_INEXACT;
         let has_time_per_frame = self.resolution * rate < 1.5 && self.times.iter().all(is_whole);
-        let repeats = self.times.len() < shot.times.len();
+        let frames = shot.times();
+        let repeats = self.times.len() < frames.len();
         if !repeats || self.resolution <= MAX_ROUNDING / rate || has_time_per_frame {
             return Ok(());
         }
-        if shot.tracks.iter().any(|track| track.written().count() < shot.times.len()) {
+        if shot.tracks.iter().any(|track| track.rows.len() < frames.len()) {
             return Err(self.too_coarse(rate));
         }
-        let times = shot.times.iter().map(|time| time * second).collect();
+        let times = frames.iter().map(|time| time * second).collect();
         *self = Self { times, are_rows: true, spacing: rate.recip(), ..*self };
         Ok(())
     }
