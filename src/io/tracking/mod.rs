@@ -44,7 +44,6 @@ use super::error::Problems;
 use super::manifest::{Manifest, StatedSpin};
 use super::toml_file::Source;
 use crate::measurement::dataset::Tracks;
-use crate::measurement::track::TrackShot;
 
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
 pub(crate) use survey::Survey;
@@ -99,25 +98,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     if are_whole {
         table.check_names(&names.map(|(name, ..)| name).collect());
     }
-    let mut left_out = Vec::new();
-    shots.retain(|shot| {
-        let skip = &table.facts(&shot.name).skip;
-        left_out.extend(skip.iter().map(|reason| (shot.name.clone(), format!("skipped: {reason}"))));
-        skip.is_none()
-    });
-    let names = shots.iter().map(|shot| shot.name.as_str());
-    check_spins(names.filter(|name| table.facts(name).stated == StatedSpin::Unstated), UNSTATED, source);
-    let (shots, damaged) = finish_all(shots, &table, settings, &notes);
-    left_out.extend(damaged);
-    let unmeasured = shots.iter().filter(|shot| manifest.discs.is_none() && shot.markers.is_empty());
-    let names = unmeasured.map(|shot| shot.name.as_str());
-    check_spins(names.filter(|name| table.facts(name).stated == StatedSpin::Measured), UNMEASURED, source);
-    let mut lines = settings.notes.clone();
-    lines.append(&mut notes.into_lines());
-    lines.extend(table.note.clone());
-    Tracks {
-        left_out,
-        notes: lines,
+    let mut tracks = Tracks {
         discs: manifest.discs,
         camera: settings.camera.values(is_motion_capture),
         rate_sd: settings.rate_sd(),
@@ -125,8 +106,21 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
         topspin_sd: settings.topspin_sd,
         from_balls: settings.from_balls,
         scale_sd: (!settings.from_balls).then(|| settings.scale.sd.unwrap_or(Tracks::SCALE_SD)),
-        ..Tracks::new(shots)
-    }
+        ..Tracks::new(Vec::new())
+    };
+    shots.retain(|shot| {
+        let skip = &table.facts(&shot.name).skip;
+        tracks.left_out.extend(skip.iter().map(|reason| (shot.name.clone(), format!("skipped: {reason}"))));
+        skip.is_none()
+    });
+    let names = shots.iter().map(|shot| shot.name.as_str());
+    check_spins(names.filter(|name| table.facts(name).stated == StatedSpin::Unstated), UNSTATED, source);
+    finish_all(shots, &table, &notes, &mut tracks);
+    let unmeasured = tracks.shots.iter().filter(|shot| manifest.discs.is_none() && shot.markers.is_empty());
+    let names = unmeasured.map(|shot| shot.name.as_str());
+    check_spins(names.filter(|name| table.facts(name).stated == StatedSpin::Measured), UNMEASURED, source);
+    tracks.notes = settings.notes.iter().cloned().chain(notes.into_lines()).chain(table.note).collect();
+    tracks
 }
 
 /// Notes the unit of lengths that a file states, or that it does not state one; complains if it
@@ -174,14 +168,10 @@ fn check_spins<'a>(shots: impl Iterator<Item = &'a str>, why: [&str; 2], source:
     }
 }
 
-/// Finishes shots on all cores, in order. Damaged shots are left out, with name and reason. A fault
-/// of the file or of dataset.toml is a problem of the data set, as is that no shot remains.
-fn finish_all(
-    shots: Vec<RawShot>,
-    table: &ShotsTable,
-    settings: &TrackSettings,
-    notes: &Notes,
-) -> (Vec<TrackShot>, Vec<(String, String)>) {
+/// Adds the finished shots, on all cores, in order. Damaged ones are left out, with name and reason.
+/// A fault of the file or of dataset.toml is a problem of the data set, as is that no shot remains.
+fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, notes: &Notes, tracks: &mut Tracks) {
+    let settings = table.settings;
     let work: Vec<_> = shots.into_iter().map(|raw| (table.facts(&raw.name).clone(), raw)).collect();
     let finish = |(facts, raw): (Facts, RawShot)| {
         let (name, file, notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
@@ -189,20 +179,19 @@ fn finish_all(
         (name, file, shot, notes)
     };
     let done: Vec<_> = work.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).map(finish).collect();
-    let (mut shots, mut faults, mut left_out) = (Vec::with_capacity(done.len()), Vec::new(), Vec::new());
+    let mut faults = Vec::new();
     for (name, file, shot, own_notes) in done {
         notes.append(own_notes);
         match shot {
-            Ok(shot) => shots.push(shot),
+            Ok(shot) => tracks.shots.push(shot),
             Err(wrong) => faults.extend(wrong.into_iter().map(|wrong| (name.clone(), file.clone(), wrong))),
         }
     }
     for (name, file, Wrong { line, message, is_damage }) in faults {
-        if is_damage && !shots.is_empty() {
-            left_out.push((name, format!("{}:{line}: {message}", file.display())));
+        if is_damage && !tracks.shots.is_empty() {
+            tracks.left_out.push((name, format!("{}:{line}: {message}", file.display())));
         } else {
             table.problems.add(&file, line, None, message);
         }
     }
-    (shots, left_out)
 }

@@ -52,7 +52,7 @@ fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
     // without a unit, ms and frames cannot be distinguished
     let Some(unit) = shot.stated.time else { return Vec::new() };
     let fps = shot.stated.fps.or(fps).unwrap_or(DEFAULT_FPS);
-    let times = shot.instants();
+    let times = shot.times();
     let step = median(times.windows(2).map(|two| two[1] - two[0]).collect());
     let pause = (MIN_PAUSE_S / unit.seconds().unwrap_or(fps.recip())).max(STEPS * step);
     let is_short = |time: f64| time > 0.0 && time < 1.5 * step;
@@ -173,7 +173,7 @@ fn heads(shot: &RawShot, order: &[usize], settings: &TrackSettings) -> Option<[u
         return Some([cue, object]);
     }
     let count = |time: f64| shot.tracks.iter().filter(|track| track.at(time).is_some()).count();
-    let are_two = shot.instants().into_iter().all(|time| count(time) <= 2);
+    let are_two = shot.times().into_iter().all(|time| count(time) <= 2);
     are_two.then(|| [order[0].min(order[1]), order[0].max(order[1])])
 }
 

@@ -15,21 +15,9 @@ pub(super) struct RawShot {
 }
 
 impl RawShot {
-    /// Returns the times of the frames, ascending. Two frames have one time if a track has it in two
-    /// rows.
+    /// Returns the different times of all rows, ascending.
     pub(super) fn times(&self) -> Vec<f64> {
-        let mut frames: Vec<(f64, usize)> = Vec::new();
-        for rows in self.tracks.iter().flat_map(|track| track.rows.chunk_by(|a, b| a.time == b.time)) {
-            frames.extend(rows.iter().enumerate().map(|(above, row)| (row.time, above)));
-        }
-        frames.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        frames.dedup();
-        frames.into_iter().map(|(time, _)| time).collect()
-    }
-
-    /// Returns the different times, ascending.
-    pub(super) fn instants(&self) -> Vec<f64> {
-        let mut times = self.times();
+        let mut times = sorted(self.tracks.iter().flat_map(|track| &track.rows).map(|row| row.time));
         times.dedup();
         times
     }

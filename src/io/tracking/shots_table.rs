@@ -1,7 +1,7 @@
 //! `[tracks] shots`: properties of single shots that no camera sees, a row per shot.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
 
@@ -47,7 +47,7 @@ impl Facts {
 
 /// The rows of the table by the names of shots, in the order of the file.
 pub(super) struct ShotsTable<'a> {
-    path: PathBuf,
+    pub(crate) settings: &'a TrackSettings,
     pub(crate) problems: &'a Problems,
     rows: IndexMap<String, Facts>,
     /// The facts of shots without a row, whose labels are empty.
@@ -58,7 +58,7 @@ pub(super) struct ShotsTable<'a> {
 }
 
 impl<'a> ShotsTable<'a> {
-    pub(super) fn read(settings: &TrackSettings, assumed: StatedSpin, problems: &'a Problems) -> Self {
+    pub(super) fn read(settings: &'a TrackSettings, assumed: StatedSpin, problems: &'a Problems) -> Self {
         let others = Facts {
             line: 0,
             skip: None,
@@ -69,8 +69,8 @@ impl<'a> ShotsTable<'a> {
             names_balls: false,
             capture_fps: settings.fps(),
         };
-        let path = settings.shots.clone().unwrap_or_default();
-        let mut all = Self { path, problems, rows: IndexMap::new(), others, note: None, has_rates: false };
+        let mut all =
+            Self { settings, problems, rows: IndexMap::new(), others, note: None, has_rates: false };
         let read = |path: &PathBuf| Table::read(path, problems);
         let Some(table) = settings.shots.as_ref().and_then(read) else { return all };
         let [x, y, z] = OMEGA.map(|name| (name, 1.0, FINITE));
@@ -106,6 +106,11 @@ impl<'a> ShotsTable<'a> {
         all
     }
 
+    /// Complains about a cell of the table.
+    fn wrong(&self, line: usize, column: &str, message: String) {
+        self.problems.add(self.settings.shots.as_deref().unwrap_or(Path::new("")), line, column, message);
+    }
+
     pub(super) fn facts(&self, shot: &str) -> &Facts {
         self.rows.get(shot).unwrap_or(&self.others)
     }
@@ -138,7 +143,7 @@ impl<'a> ShotsTable<'a> {
                     )
                 }
             };
-            self.problems.add(&self.path, *line, "file", message);
+            self.wrong(*line, "file", message);
         }
     }
 
@@ -146,7 +151,7 @@ impl<'a> ShotsTable<'a> {
         for (shot, row) in self.rows.iter().filter(|(shot, _)| !known.contains(shot.as_str())) {
             let near = did_you_mean(shot, known.iter().copied());
             let message = format!("there is no shot \"{shot}\" in the data{near}");
-            self.problems.add(&self.path, row.line, "shot", message);
+            self.wrong(row.line, "shot", message);
         }
     }
 }

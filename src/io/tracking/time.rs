@@ -4,7 +4,7 @@
 //! are searched for that agree with all times.
 
 use super::input::{Job, Subject};
-use super::raw::{RawShot, sorted, span};
+use super::raw::{RawShot, RawTrack, sorted, span};
 use super::units::Unit;
 
 /// Largest relative deviation of the spacing of times from 1/`capture_fps`, and of a step from a
@@ -90,7 +90,7 @@ struct Grid {
 impl Grid {
     /// Returns the grid of times in this unit.
     fn of(shot: &RawShot, second: f64) -> Self {
-        let times = shot.instants();
+        let times = shot.times();
         let resolution = shot.stated.rounding.unwrap_or_else(|| resolution(&times) * second);
         let times: Vec<f64> = times.iter().map(|time| time * second).collect();
         let spacing = spacing(&times, resolution);
@@ -111,15 +111,16 @@ impl Grid {
     fn count_repeated(&mut self, shot: &RawShot, second: f64, rate: f64) -> Result<(), String> {
         let is_whole = |t: &f64| (t * rate - (t * rate).round()).abs() < MAX_INEXACT;
         let has_time_per_frame = self.resolution * rate < 1.5 && self.times.iter().all(is_whole);
-        let frames = shot.times();
-        let repeats = self.times.len() < frames.len();
+        let times_of = |track: &RawTrack| -> Vec<f64> { track.rows.iter().map(|row| row.time).collect() };
+        let all: Vec<Vec<f64>> = shot.tracks.iter().map(times_of).collect();
+        let repeats = all.iter().any(|times| times.windows(2).any(|two| two[0] == two[1]));
         if !repeats || self.resolution <= MAX_ROUNDING / rate || has_time_per_frame {
             return Ok(());
         }
-        if shot.tracks.iter().any(|track| track.rows.len() < frames.len()) {
+        if all.iter().any(|times| *times != all[0]) {
             return Err(self.too_coarse(rate));
         }
-        let times = frames.iter().map(|time| time * second).collect();
+        let times = all[0].iter().map(|time| time * second).collect();
         *self = Self { times, are_rows: true, spacing: rate.recip(), ..*self };
         Ok(())
     }
