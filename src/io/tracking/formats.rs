@@ -2,7 +2,7 @@
 
 use super::clock::seconds;
 use super::heading::{Heading, Rows};
-use super::input::{Input, Subject};
+use super::input::{Input, Subject, listed};
 use super::layout::{Block, Body, Layout};
 use super::raw::Stated;
 use super::settings::Format;
@@ -220,7 +220,15 @@ fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
     let is_counted = values("Frame").is_some() || width == 3 * markers.len() + 2;
     let counts = if is_counted { &["Frame", "Time"][..] } else { &[] };
     let names = markers.iter().flat_map(|name| ["X", "Y", "Z"].map(|axis| format!("{name} {axis}")));
-    let names = counts.iter().map(ToString::to_string).chain(names).collect();
+    let names: Vec<String> = counts.iter().map(ToString::to_string).chain(names).collect();
+    let is_of_names =
+        |row: &&Vec<String>| row[0] != "MARKER_NAMES" && row.iter().any(|cell| cell.ends_with(" X"));
+    if header.iter().rev().find(is_of_names).is_some_and(|row| !row.starts_with(&names)) {
+        let message =
+            format!("the columns are not called {}; expected an export of 3D markers", listed(&names));
+        input.wrong(header.len(), None, message);
+        return None;
+    }
     let heading = Heading::plain(header.len(), header.len(), TAB, names);
     let bodies =
         markers.iter().zip((counts.len()..).step_by(3)).map(|(name, x)| Body::new(*name, [x, x + 1]));

@@ -98,16 +98,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     if are_whole {
         table.check_names(&names.map(|(name, ..)| name).collect());
     }
-    let mut tracks = Tracks {
-        discs: manifest.discs,
-        camera: settings.camera.values(is_motion_capture),
-        rate_sd: settings.rate_sd(),
-        tilt_sd: settings.tilt_sd,
-        topspin_sd: settings.topspin_sd,
-        from_balls: settings.from_balls,
-        scale_sd: (!settings.from_balls).then(|| settings.scale.sd.unwrap_or(Tracks::SCALE_SD)),
-        ..Tracks::new(Vec::new())
-    };
+    let mut tracks = Tracks::default();
     shots.retain(|shot| {
         let skip = &table.facts(&shot.name).skip;
         tracks.left_out.extend(skip.iter().map(|reason| (shot.name.clone(), format!("skipped: {reason}"))));
@@ -119,8 +110,18 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     let unmeasured = tracks.shots.iter().filter(|shot| manifest.discs.is_none() && shot.markers.is_empty());
     let names = unmeasured.map(|shot| shot.name.as_str());
     check_spins(names.filter(|name| table.facts(name).stated == StatedSpin::Measured), UNMEASURED, source);
-    tracks.notes = settings.notes.iter().cloned().chain(notes.into_lines()).chain(table.note).collect();
-    tracks
+    Tracks {
+        left_out: tracks.left_out,
+        notes: settings.notes.iter().cloned().chain(notes.into_lines()).chain(table.note).collect(),
+        discs: manifest.discs,
+        camera: settings.camera.values(is_motion_capture),
+        rate_sd: settings.rate_sd(),
+        tilt_sd: settings.tilt_sd,
+        topspin_sd: settings.topspin_sd,
+        from_balls: settings.from_balls,
+        scale_sd: (!settings.from_balls).then(|| settings.scale.sd.unwrap_or(Tracks::SCALE_SD)),
+        ..Tracks::new(tracks.shots)
+    }
 }
 
 /// Notes the unit of lengths that a file states, or that it does not state one; complains if it
