@@ -69,7 +69,8 @@ fn unnamed_time(
     let grows = |column: &usize| !used.contains(column) && rows.grows(*column, shot);
     let frame = find(&names, FRAMES).filter(|column| grows(column) && rows.is_whole(*column));
     let time = find(&names, TIMES).filter(grows);
-    let rate = input.job.settings.followed_fps();
+    let settings = input.job.settings;
+    let rate = settings.video.playback_fps.or(settings.fps());
     if let (Some(frame), Some(time), Some(rate)) = (frame, time, rate)
         && heading.time(time, input) == Unit::S
     {

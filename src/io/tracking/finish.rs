@@ -26,7 +26,8 @@ const SAME_NUMBER: f64 = 1e-12;
 pub(super) fn shot(mut raw: RawShot, mut facts: Facts, job: Job) -> Result<TrackShot, Vec<Wrong>> {
     let settings = job.settings;
     number_twins(&mut raw.tracks);
-    if settings.discs && !settings.states_balls() && !facts.names_balls {
+    let names_balls = facts.names_balls || settings.tracks.cue.is_some() || settings.tracks.object.is_some();
+    if settings.discs && !names_balls {
         find_discs(&raw, &mut facts, job).map_err(|wrong| vec![wrong])?;
     }
     if let Err(mut wrong) = assign(&mut raw, &facts.names, job) {
@@ -135,7 +136,7 @@ fn resolution(centres: &[RawTrack; 2], calibration: &Calibration, job: Job) -> [
     };
     let steps = centres.each_ref().map(|track| step(track).unwrap_or(0.0));
     let coarsest = steps[0].max(steps[1]);
-    let (limit, rounded, unit) = match job.settings.unit() {
+    let (limit, rounded, unit) = match job.settings.scale.length_unit {
         Some(Unit::Px) if job.settings.from_balls => (COARSE_PX, coarsest, "px"),
         _ => (COARSE_STEP, 1e3 * coarsest, "mm"),
     };

@@ -40,11 +40,7 @@ fn long(headings: &[Heading], input: &Input) -> Option<Layout> {
             return None;
         }
     }
-    let has_one_sd = has(&heading, "x_sd") != has(&heading, "y_sd");
-    if has_one_sd {
-        input.wrong(heading.line, None, "x_sd and y_sd go together; expected both, or leave both out");
-    }
-    if has_one_sd || !heading.has_once(&LONG, &heading.own, input) {
+    if !heading.has_once(&LONG, &heading.own, input) {
         return None;
     }
     let at = |name: &str| heading.own.iter().position(|own| own == name).filter(|_| LONG.contains(&name));

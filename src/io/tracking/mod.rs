@@ -127,7 +127,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
 /// Notes the unit of lengths that a file states, or that it does not state one; complains if it
 /// contradicts dataset.toml.
 fn check_unit(stated: Stated, job: Job, problems: &Problems) {
-    let message = match (job.settings.unit(), stated.unit.map(|unit| (unit, unit.name()))) {
+    let message = match (job.settings.scale.length_unit, stated.unit.map(|unit| (unit, unit.name()))) {
         (None, Some((Unit::Px, _))) => {
             "its positions are in pixels; expected [scale] length_unit = \"px\"".to_string()
         }

@@ -97,10 +97,6 @@ impl Grid {
         Self { times, are_rows: false, resolution, spacing }
     }
 
-    fn is_coarse(&self, spacing: f64) -> bool {
-        self.resolution > MAX_OFF * spacing
-    }
-
     /// Returns the time from the first one to the last.
     fn length(&self) -> f64 {
         self.times.last().zip(self.times.first()).map_or(0.0, |(last, first)| last - first)
@@ -199,13 +195,10 @@ impl Grid {
     /// Returns the times as they are written or, if the clock is coarse and follows these frames,
     /// without their rounding.
     fn without_rounding(&self, frames: &[f64], rate: f64) -> Vec<f64> {
-        let is_steady = self.is_coarse(rate.recip()) && self.first_apart(frames, rate).is_none();
+        let is_steady = self.resolution > MAX_OFF / rate
+            && first_apart(frames, &self.times, self.resolution, rate).is_none();
         let steady = || frames.iter().map(|frame| self.times[0] + frame / rate).collect();
         if is_steady { steady() } else { self.times.clone() }
-    }
-
-    fn first_apart(&self, frames: &[f64], rate: f64) -> Option<usize> {
-        first_apart(frames, &self.times, self.resolution, rate)
     }
 
     /// Returns whether times can be of this rate by their typical spacing or, for a clock that
@@ -244,7 +237,7 @@ impl Grid {
         }
         let spacing = if is_stated || self.spacing.is_nan() { rate.recip() } else { self.spacing };
         let Some(frames) = self.frames(spacing).or_else(|| self.frames(rate.recip())) else {
-            if self.is_coarse(spacing) {
+            if self.resolution > MAX_OFF * spacing {
                 return Err(self.too_coarse(rate));
             }
             note(format!(
@@ -253,7 +246,7 @@ impl Grid {
             return Ok(self.times.iter().map(|t| t * rate / fps).collect());
         };
         let first = self.times.first().copied().unwrap_or_default();
-        if let Some(row) = self.first_apart(&frames, rate).filter(|_| !is_stated) {
+        if let Some(row) = first_apart(&frames, &self.times, self.resolution, rate).filter(|_| !is_stated) {
             note(format!(
                 "after {:.0} frames times are more than half a frame off capture_fps = {fps} (a clock that drifts, or another rate); taken \
                  as they are written",
