@@ -87,7 +87,7 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
     }
     let spin = facts.spin();
     let mut shot = TrackShot {
-        file: raw.file.to_path_buf(),
+        file: raw.file,
         line: raw.line,
         labels: facts.labels,
         markers,

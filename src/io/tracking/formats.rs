@@ -27,14 +27,13 @@ pub(super) const FORMATS: [(Format, Detect); 4] = [
 const LONG: [&str; 10] = ["shot", "frame", "t", "ball", "x", "y", "z", "point", "x_sd", "y_sd"];
 
 fn long(headings: &[Heading], input: &Input) -> Option<Layout> {
-    let has = |heading: &Heading, name: &str| heading.own.iter().any(|own| own == name);
     let is_long = |heading: &&Heading| {
-        let has_all = ["ball", "x", "y"].into_iter().all(|name| has(heading, name));
-        !heading.is_comment && has_all && (has(heading, "frame") || has(heading, "t"))
+        let has_all = ["ball", "x", "y"].into_iter().all(|name| heading.at(name).is_some());
+        !heading.is_comment && has_all && heading.at("frame").or(heading.at("t")).is_some()
     };
     let heading = headings.iter().find(is_long)?.clone();
     for name in heading.own.iter().filter(|name| !LONG.contains(&name.as_str())) {
-        if let Some(meant) = near_miss(name, &LONG, |name| has(&heading, name)) {
+        if let Some(meant) = near_miss(name, &LONG, |name| heading.at(name).is_some()) {
             let message = format!("is not a known name, but nearly {meant}; write {meant}, or another name");
             input.wrong(heading.line, name.as_str(), message);
             return None;
@@ -43,7 +42,7 @@ fn long(headings: &[Heading], input: &Input) -> Option<Layout> {
     if !heading.has_once(&LONG, &heading.own, input) {
         return None;
     }
-    let at = |name: &str| heading.own.iter().position(|own| own == name).filter(|_| LONG.contains(&name));
+    let at = |name: &str| heading.at(name).filter(|_| LONG.contains(&name));
     let (shot, time) = (at("shot"), input.frame_or_time(at("frame"), at("t")));
     let block = Block::below(&heading, Body::of_keys("", "", at, None)?);
     let layout = Layout::new(Format::Long, heading, vec![block], time, input);
@@ -53,8 +52,7 @@ fn long(headings: &[Heading], input: &Input) -> Option<Layout> {
 /// Finds exports of Tracker: of one track, or of several beside or below each other.
 fn tracker(headings: &[Heading], input: &Input) -> Option<Layout> {
     let heading = headings.iter().find(|heading| !heading.is_comment && is_tracker(heading))?.clone();
-    let at = |name: &str| heading.own.iter().position(|own| own == name);
-    let time = input.frame_or_time(at("frame"), at("t").or_else(|| at("time")))?;
+    let time = input.frame_or_time(heading.at("frame"), heading.at("t").or(heading.at("time")))?;
     // each track was copied below the last
     let header = lines(input.text).nth(heading.line - 1).map_or("", |(_, line)| line.trim_end());
     let heads = lines(input.text).filter(|(_, line)| line.trim_end() == header);

@@ -88,6 +88,11 @@ impl Heading {
         self.bare.iter().map(|name| name.to_lowercase()).collect()
     }
 
+    /// Returns the column of this name in small letters, in this line alone.
+    pub(super) fn at(&self, name: &str) -> Option<usize> {
+        self.own.iter().position(|own| own == name)
+    }
+
     /// Returns the column of this name, with or without its unit.
     pub(super) fn position(&self, name: &str) -> Option<usize> {
         let at = |names: &[String]| names.iter().position(|other| other == name);

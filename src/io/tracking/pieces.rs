@@ -22,10 +22,13 @@ const MAX_SPEED_RATIO: f64 = 2.0;
 /// piece continues the nearest.
 const MAX_DISTANCE_RATIO: f64 = 0.5;
 
-/// Returns the shots of a file: positions of lost balls are left out, and one shot that is several
-/// clips is separated. `alone`: the names of clips are their numbers, without the file's name.
+/// Returns the shots of a file: positions of lost balls are left out, one shot that is several
+/// clips is separated, and pieces of tracks are joined. `alone`: the names of clips are their
+/// numbers, without the file's name.
 pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawShot> {
-    shots.iter_mut().for_each(|shot| remove_lost(shot, job));
+    for shot in &mut shots {
+        remove_lost(shot, job);
+    }
     // names of shots in the table are believed
     if let [shot] = shots.as_slice() {
         let clips: Vec<RawShot> = clips_of(shot, job.settings.fps(), alone);
@@ -42,7 +45,10 @@ pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawSh
             shots = clips;
         }
     }
-    shots.iter_mut().for_each(|shot| name_followed(shot, job.settings));
+    for shot in &mut shots {
+        name_followed(shot, job.settings);
+        join(shot, job);
+    }
     shots
 }
 
@@ -138,7 +144,7 @@ fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
 
 /// Joins pieces to both balls' tracks: those that dataset.toml names or, if at most two tracks are
 /// seen at a time, the first two. Other pieces are left.
-pub(super) fn join(shot: &mut RawShot, job: Job) {
+fn join(shot: &mut RawShot, job: Job) {
     let is_plain = |track: &RawTrack| track.is_centre() && !track.rows.is_empty();
     if shot.tracks.len() < 3 || !shot.tracks.iter().all(is_plain) {
         return;

@@ -31,9 +31,7 @@ pub(super) fn file(job: Job, problems: &Problems, alone: bool) -> Option<Vec<Raw
         return None;
     }
     let input = Input { job, text: &text, stem: &stem(file), problems };
-    let mut shots = pieces::clips(as_written(&input)?, alone, job);
-    shots.iter_mut().for_each(|shot| pieces::join(shot, job));
-    Some(shots)
+    Some(pieces::clips(as_written(&input)?, alone, job))
 }
 
 fn as_written(input: &Input) -> Option<Vec<RawShot>> {
@@ -114,7 +112,7 @@ fn complain_of_format(headings: &[Heading], input: &Input) {
 }
 
 fn lacking(heading: &Heading) -> Option<String> {
-    let is_missing = |any: &&str| !any.split(" or ").any(|name| heading.own.iter().any(|own| own == name));
+    let is_missing = |any: &&str| any.split(" or ").all(|name| heading.at(name).is_none());
     let missing: Vec<&str> = ["ball", "x", "y", "frame or t"].into_iter().filter(is_missing).collect();
     let missing = (1..=2).contains(&missing.len()).then(|| missing.join(" and "))?;
     Some(format!(", and what may be the names of columns, in line {}, are without {missing}", heading.line))
