@@ -85,11 +85,11 @@ fn tracker(headings: &[Heading], input: &Input) -> Option<Layout> {
 
 fn is_tracker(heading: &Heading) -> bool {
     let names = &heading.own;
-    let count = |name: &str| names.iter().filter(|own| *own == name).count();
-    let has_any = |any: &[&str]| any.iter().any(|name| count(name) > 0);
+    let has_any = |any: &[&str]| any.iter().any(|name| heading.at(name).is_some());
     let is_long = [BALLS, SHOTS].into_iter().any(|role| find(names, role).is_some());
     // other programs write both balls beside each other: X, Y, X 2, Y 2
-    let begins_with_x = count("x") > 1 || heading.names.iter().any(|name| name.starts_with('x'));
+    let has_several = names.iter().filter(|name| *name == "x").count() > 1;
+    let begins_with_x = has_several || heading.names.iter().any(|name| name.starts_with('x'));
     let is_single = begins_with_x && !has_any(&["x2", "x 2", "x_2"]);
     let positions = || pairs(names).iter().filter(|(_, kind)| *kind == Kind::Position).count();
     let has_columns = has_any(&["x"]) && has_any(&["y"]) && has_any(&["frame", "t", "time"]);

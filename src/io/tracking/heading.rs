@@ -131,7 +131,7 @@ impl Heading {
             let name = self.bare[column].as_str();
             let expected = match &stated {
                 Some((other, place)) if *other != unit => format!("{}, as {place}", other.name()),
-                None if unit.quantity() != like.quantity() => format!("a unit like {}", like.name()),
+                None if unit.si() != like.si() => format!("a unit like {}", like.name()),
                 _ => {
                     stated.get_or_insert_with(|| (unit, format!("in the column {name}")));
                     continue;
@@ -179,9 +179,9 @@ fn suffix(name: &str) -> Option<(&str, Unit)> {
     let unit = Unit::of(word).filter(|_| !word.is_empty() && !bare.is_empty())?;
     let small = bare.to_lowercase();
     let begins = |words: &[&str]| words.iter().any(|word| small.starts_with(word));
-    let fits = match unit.quantity() {
-        "length" => unit != Unit::In && small.contains(['x', 'y']),
-        "time" => begins(&["t", "zeit"]),
+    let fits = match unit.si() {
+        Unit::M => unit != Unit::In && small.contains(['x', 'y']),
+        Unit::S => begins(&["t", "zeit"]),
         _ => begins(&["ang", "theta", "rot", "phi"]),
     };
     fits.then_some((bare, unit))

@@ -92,15 +92,12 @@ impl File<'_> {
         if shots.is_empty() {
             return self.refuse(whole, "holds no shots");
         }
-        let (word, mut unit) = (get_cell(&root, &["length_unit", "unit"]), None);
-        if let Some(word) = word {
-            let why = format!("\"{}\" is not a unit of length: m, cm, mm, in, ft or px", shortened(&word));
-            unit = Some(
-                Unit::M
-                    .alike()
-                    .find(|unit| Unit::of(&word) == Some(*unit))
-                    .or_else(|| self.refuse(whole, why))?,
-            );
+        let word = get_cell(&root, &["length_unit", "unit"]);
+        let unit = word.as_ref().and_then(|word| Unit::M.alike().find(|unit| Unit::of(word) == Some(*unit)));
+        if let (Some(word), None) = (word, unit) {
+            let word = shortened(&word);
+            return self
+                .refuse(whole, format!("\"{word}\" is not a unit of length: m, cm, mm, in, ft or px"));
         }
         let mut read = Vec::new();
         for (number, raw) in (1..).zip(&shots) {

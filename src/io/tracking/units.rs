@@ -10,21 +10,20 @@ worded! {
     #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
     #[serde(rename_all = "lowercase")]
     pub(super) enum Unit {
-        M = "m" | "length" | "m metre metres meter meters",
-        Cm = "cm" | "length" | "cm",
-        Mm = "mm" | "length" | "mm",
-        In = "in" | "length" | "in inch inches \"",
-        Ft = "ft" | "length" | "ft foot feet",
-        Px = "px" | "length" | "px pixel pixels",
-        Frames = "frames" | "time" | "frames frame",
-        S = "s" | "time" | "s sec second seconds",
-        Ms = "ms" | "time" | "ms",
-        Us = "us" | "time" | "us µs μs",
-        Rad = "rad" | "angle" | "rad radian radians",
-        Deg = "deg" | "angle" | "deg ° degree degrees",
+        M = "m" | "m metre metres meter meters",
+        Cm = "cm" | "cm",
+        Mm = "mm" | "mm",
+        In = "in" | "in inch inches \"",
+        Ft = "ft" | "ft foot feet",
+        Px = "px" | "px pixel pixels",
+        Frames = "frames" | "frames frame",
+        S = "s" | "s sec second seconds",
+        Ms = "ms" | "ms",
+        Us = "us" | "us µs μs",
+        Rad = "rad" | "rad radian radians",
+        Deg = "deg" | "deg ° degree degrees",
     }
     pub(super) fn name;
-    pub(super) fn quantity;
     fn words;
 }
 
@@ -35,9 +34,18 @@ impl Unit {
         Self::ALL.into_iter().find(|unit| unit.words().split(' ').any(|known| known == word))
     }
 
+    /// Returns the SI unit of its quantity.
+    pub(super) fn si(self) -> Self {
+        match self {
+            Self::Frames | Self::S | Self::Ms | Self::Us => Self::S,
+            Self::Rad | Self::Deg => Self::Rad,
+            _ => Self::M,
+        }
+    }
+
     /// Returns the units of the same quantity.
     pub(super) fn alike(self) -> impl Iterator<Item = Self> {
-        Self::ALL.into_iter().filter(move |unit| unit.quantity() == self.quantity())
+        Self::ALL.into_iter().filter(move |unit| unit.si() == self.si())
     }
 
     pub(super) fn names_alike(self) -> Vec<&'static str> {
