@@ -77,7 +77,7 @@ struct Reader<'a> {
     positions: Mark,
     /// How the first time is written, with its line: as that of a clock or, `None`, as a number.
     clock: Option<(Option<Style>, usize)>,
-    /// The shots by their names, with rows that are not on a grid of frames yet.
+    /// The shots by their names, with rows in the order of the file.
     shots: IndexMap<String, RawShot>,
     /// The first row that belongs to no track.
     trackless: Option<usize>,
