@@ -39,6 +39,10 @@ fn long(headings: &[Heading], input: &Input) -> Option<Layout> {
             return None;
         }
     }
+    if heading.at("x_sd").is_some() != heading.at("y_sd").is_some() {
+        input.wrong(heading.line, None, "x_sd and y_sd go together; expected both, or leave both out");
+        return None;
+    }
     if !heading.has_once(&LONG, &heading.own, input) {
         return None;
     }
