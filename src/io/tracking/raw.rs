@@ -33,6 +33,21 @@ impl RawShot {
         centres.collect::<Vec<_>>().try_into().ok()
     }
 
+    /// Returns the longer side of the box about all positions.
+    pub(super) fn extent(&self) -> f64 {
+        let tracks = self.tracks.iter().filter(|track| !track.is_angle);
+        let places = tracks.flat_map(|track| track.seen()).map(|row| row.place);
+        let sides = [0, 1].map(|axis| span(places.clone().map(|place| place[axis])));
+        sides.map(|[low, high]| high - low).into_iter().fold(0.0, f64::max)
+    }
+
+    /// Returns the least distance of both centres in a frame.
+    pub(super) fn closest(&self) -> Option<f64> {
+        let [one, other] = self.centres()?;
+        let frames = one.frames_with(other).into_iter();
+        frames.map(|[i, j]| one.rows[i].distance(&other.rows[j])).min_by(f64::total_cmp)
+    }
+
     /// Returns the time at which a track is a tenth of its way from its start, as a part of the time
     /// of all tracks; 1 if it stays there.
     pub(super) fn beginning(&self, track: &RawTrack) -> Option<f64> {

@@ -12,7 +12,7 @@ use super::column_names::{Column, Columns};
 use super::heading::{Heading, Rows, TITLES, headings};
 use super::input::{Job, Notes, quoted};
 use super::names::are_two_discs;
-use super::raw::{RawShot, sorted, span};
+use super::raw::{RawShot, sorted};
 use super::read;
 use super::settings::{Format, TrackSettings};
 use super::time::followed;
@@ -163,12 +163,13 @@ impl Survey {
         }
     }
 
-    /// Returns the extent of a shot's positions, their unit if it is stated or plausible, and the balls: the
-    /// largest whose diameter is at most the least distance of the centres, if the scale is known.
+    /// Returns the extent of a shot's positions, their unit if it is stated or plausible, and the
+    /// balls: the largest whose diameter is at most the least distance of the centres, if the scale
+    /// is known.
     fn lengths(&self) -> Values {
-        let extent = self.shots.iter().map(extent).fold(0.0, f64::max);
+        let extent = self.shots.iter().map(RawShot::extent).fold(0.0, f64::max);
         // frames may be wrong, and slow cameras miss the contact: the first quartile of the shots
-        let closest = sorted(self.shots.iter().filter_map(closest));
+        let closest = sorted(self.shots.iter().filter_map(RawShot::closest));
         let nearest = closest.get(closest.len() / 4).copied().unwrap_or(f64::INFINITY);
         let may_touch = self.are_discs() || nearest.is_infinite() || DIAMETERS.contains(&nearest);
         let stated = self.shots.first().and_then(|shot| shot.stated.unit);
@@ -227,27 +228,12 @@ impl Survey {
     }
 }
 
-/// Returns the longer side of the box about all positions.
-fn extent(shot: &RawShot) -> f64 {
-    let tracks = shot.tracks.iter().filter(|track| !track.is_angle);
-    let places = tracks.flat_map(|track| track.seen()).map(|row| row.place);
-    let sides = [0, 1].map(|axis| span(places.clone().map(|place| place[axis])));
-    sides.map(|[low, high]| high - low).into_iter().fold(0.0, f64::max)
-}
-
-fn closest(shot: &RawShot) -> Option<f64> {
-    let [one, other] = shot.centres()?;
-    let frames = one.frames_with(other).into_iter();
-    let distances = frames.map(|[i, j]| one.rows[i].distance(&other.rows[j]));
-    Some(distances.fold(f64::INFINITY, f64::min)).filter(|least| least.is_finite())
-}
-
 /// Guessed `[tracks.columns]`.
 #[derive(Default)]
 struct Guess {
-    pub(crate) columns: Columns,
+    columns: Columns,
     /// Whether names leave open if x and y are a corner of a box of the size here, or its middle.
-    pub(crate) is_size_doubtful: bool,
+    is_size_doubtful: bool,
 }
 
 impl Guess {
