@@ -4,8 +4,7 @@ use std::path::Path;
 
 use super::DatasetError;
 use super::error::Problems;
-use super::rows::Rows;
-use super::table::Table;
+use super::table::{Column, Table};
 use crate::measurement::fault::FINITE;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::collision::{Coefficients, Model, NotACollision, Outcome};
@@ -87,12 +86,12 @@ pub(crate) fn collide_all(
     model: impl Fn(&Case) -> Result<Model, NotACollision>,
 ) -> Result<Vec<Computed>, DatasetError> {
     let problems = Problems::new(format!("the cases {} cannot be computed:", path.display()));
+    let columns: Vec<Column> = NUMBERS.split(' ').chain(OPTIONAL).map(|name| (name, 1.0, FINITE)).collect();
     let Some(table) = Table::read(path, &problems) else { return Err(problems.into_error()) };
-    let columns = NUMBERS.split(' ').chain(OPTIONAL).map(|name| (name, 1.0, FINITE));
-    let rows = Rows::read(&table, &["name"], columns, &format!("name {NUMBERS}"));
-    let mut collided = Vec::with_capacity(table.rows());
-    for row in 0..table.rows() {
-        let at = |column| rows.at(column, row).map(|number| number.value);
+    let table = table.with("name", &columns, &format!("name {NUMBERS}"));
+    let mut collided = Vec::new();
+    for row in table.rows() {
+        let at = |column| table.at(column, row).map(|number| number.value);
         let cells: Vec<f64> = NUMBERS.split(' ').filter_map(at).collect();
         let [speed, cut_deg, x, y, z, mu, mu_s, e, radius] = cells[..] else { continue };
         let name = table.text("name", row).unwrap_or_default();

@@ -1,19 +1,18 @@
-//! CSV files → a commented dataset.toml from a template, with blanks for what the files do not show.
+//! Files, or the tables in folders → a commented dataset.toml from a template, with blanks for
+//! what the files do not show.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use indexmap::IndexMap;
-use minijinja::{Value as Values, context};
+use glob::{MatchOptions, Pattern, glob_with};
+use minijinja::context;
 use toml::Value;
 
-use super::Survey;
-use super::draft_files::{Seen, is_shots_table, listed, look_at, refused};
 use super::error::Problem;
-use super::text::{decode, filled_lines};
+use super::table::separator;
+use super::text::{decode, filled_lines, trimmed, without_separator_line};
 use super::tracking::shots_table::KNOWN;
-use super::tracking::{Column, metres};
-use crate::measurement::number::count_of;
+use super::tracking::{Survey, TRACKER_PROJECT, is_tracker_project};
 use crate::words::Sentences;
 
 /// The dataset.toml. A comment behind a tab is aligned; a line behind > is a finding. A key behind #
@@ -23,22 +22,20 @@ const TEMPLATE: &str = include_str!("draft.jinja");
 /// Name of the table of properties of single shots.
 const SHOTS: &str = "shots.csv";
 
-/// Least difference of the times at which two balls begin to move, as a part of the film, for the
-/// first to be the cue ball.
-const EARLIER: f64 = 0.05;
+/// Endings of tables, if a folder is named.
+const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
 
-/// Least frame rate of a film of balls: no film is as slow as times in ms would be in seconds.
-const LEAST_FPS: f64 = 2.0;
+/// Endings of files considered if tables are missing; ImageJ calls its tables .xls, OpenSim .trc,
+/// Tracker its projects .trk and .trz.
+const OTHER_ENDINGS: [&str; 5] = ["json", "xls", "trc", "trk", "trz"];
 
-/// Plausible extents of positions, m: a table is 2.84 m long; films show a few centimetres.
-const METRES: std::ops::Range<f64> = 0.02..4.0;
-/// Plausible diameters of balls, m, with allowance for noise and slow cameras.
-const DIAMETERS: std::ops::Range<f64> = 0.045..0.072;
-/// Balls and their radii, m, the largest first.
-const BALLS: [(&str, f64); 4] =
-    [("pyramid", 0.034), ("carom", 0.03075), ("pool", 0.028_575), ("snooker", 0.02625)];
-/// Largest ratio of a diameter to the distance of centres that noise explains.
-const NEARER: f64 = 1.02;
+/// Least number of one-frame files that are not tables of shots, and maximum of boxes in each.
+const FRAMES: usize = 10;
+const BOXES: usize = 5;
+
+/// Least number of rows of a table, and of numbers in each.
+const ROWS: usize = 2;
+const NUMBERS: usize = 2;
 
 /// A dataset.toml that was drafted.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -156,122 +153,27 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
     let relative = seen.iter().map(|Seen { file, .. }| {
         file.strip_prefix(&draft.folder).unwrap_or(file).to_string_lossy().replace('\\', "/")
     });
-    let surveys: Vec<&Survey> = seen.iter().filter_map(|seen| seen.survey.as_ref()).collect();
-    let tracks = names(&surveys);
-    draft.tracks = tracks.iter().map(|(name, _)| (*name).to_owned()).collect();
-    draft.follows = surveys.first().and_then(|first| times(first).0);
-    draft.are_discs = surveys.first().is_some_and(|first| first.are_discs);
+    let relative: Vec<String> = relative.collect();
+    let (file, kind, has_spins) = (first.file.clone(), first.kind, first.has_spins);
+    let survey = seen.into_iter().filter_map(|seen| seen.survey).reduce(Survey::and).unwrap_or_default();
+    draft.tracks = survey.tracks().into_iter().map(|(name, _)| name.to_owned()).collect();
+    draft.follows = survey.times().0;
+    draft.are_discs = survey.are_discs();
     let values = context! {
         name => toml(name),
-        kind => toml(first.kind),
-        files => toml(relative.collect::<Vec<String>>()),
-        is_film => first.kind == "tracks",
-        are_discs => draft.are_discs,
-        has_spins => first.has_spins,
-        stated_fps => surveys.first().and_then(|first| first.stated_fps).map(|fps| fps.to_string()),
-        fps => draft.follows.map(|fps| ((1e4 * fps).round() / 1e4).to_string()),
-        file => first.file.display().to_string(),
-        lines => if surveys.is_empty() { first_lines(&first.file) } else { Vec::new() },
+        kind => toml(kind),
+        files => toml(relative),
+        is_film => kind == "tracks",
+        has_spins,
+        file => file.display().to_string(),
+        lines => first_lines(&file),
         table => table.as_ref().map(|table| table.display().to_string()),
         table_name => table.as_deref().and_then(Path::file_name).and_then(OsStr::to_str).map(toml),
-        columns_of_shots => KNOWN[1..].join(", "),
-        ..context! { ..lengths(&surveys, draft.are_discs), ..tracks_of(&surveys, &tracks) }
+        columns_of_shots => KNOWN.split(' ').skip(1).collect::<Vec<_>>().join(", "),
+        ..survey.values()
     };
     draft.add(&Sentences::of(TEMPLATE).sentence(values));
     Ok(draft)
-}
-
-/// Returns the names of the tracks of all files, each with the part of the time at which it moves.
-fn names<'a>(surveys: &[&'a Survey]) -> Vec<(&'a str, f64)> {
-    let mut names = IndexMap::new();
-    for (name, begin) in surveys.iter().flat_map(|survey| &survey.tracks) {
-        names.entry(name.as_str()).or_insert(*begin);
-    }
-    names.into_iter().collect()
-}
-
-/// Returns the frame rate that the times follow, and their unit if it is not seconds.
-fn times(survey: &Survey) -> (Option<f64>, Option<&'static str>) {
-    match survey.times_fps {
-        Some(fps) if (fps - 1.0).abs() < 1e-3 => (None, Some("frames")),
-        Some(fps) if fps < 1e-3 * LEAST_FPS => (Some(1e6 * fps), Some("us")),
-        Some(fps) if fps < LEAST_FPS => (Some(1e3 * fps), Some("ms")),
-        fps => (fps, None),
-    }
-}
-
-/// Returns the extent of positions, their unit if it is stated or plausible, and the balls: the
-/// largest whose diameter is at most the least distance of the centres, if the scale is known.
-fn lengths(surveys: &[&Survey], are_discs: bool) -> Values {
-    let extent = surveys.iter().map(|survey| survey.extent).fold(0.0, f64::max);
-    let nearest = surveys.iter().filter_map(|survey| survey.closest).fold(f64::INFINITY, f64::min);
-    let may_touch = are_discs || nearest.is_infinite() || DIAMETERS.contains(&nearest);
-    let stated_unit = surveys.first().and_then(|first| first.unit);
-    let unit = stated_unit.or((METRES.contains(&extent) && may_touch).then_some("m"));
-    let diameter = unit.and_then(metres).map(|metres| metres * nearest);
-    let diameter = diameter.filter(|nearest| *nearest < DIAMETERS.end).unwrap_or(0.0);
-    let ball = BALLS.iter().find(|(_, radius)| *radius <= 0.5 * NEARER * diameter);
-    context! {
-        extent => format!("{extent:.3}"),
-        is_table_sized => METRES.contains(&extent),
-        nearest => format!("{nearest:.4}"),
-        nearest_mm => format!("{:.1}", 1e3 * diameter),
-        stated_unit,
-        unit,
-        ball => ball.map(|(name, _)| *name),
-        radius => ball.map(|(_, radius)| radius.to_string()),
-    }
-}
-
-/// Returns the format of tracks, which ball is the cue ball, and guessed columns. Columns are
-/// exchanged if those named object belong to the ball that moves first.
-fn tracks_of(surveys: &[&Survey], tracks: &[(&str, f64)]) -> Values {
-    let Some(first) = surveys.first() else { return Values::UNDEFINED };
-    let columns = &first.guess.columns;
-    let is_single = |survey: &&Survey| survey.tracks.len() == 1 && survey.shots == 1;
-    let shots = if surveys.len() > 1 && surveys.iter().all(is_single) {
-        "one ball each: two whose names differ by the ball only (kick-A.txt, kick-B.txt) are a shot"
-            .to_owned()
-    } else {
-        count_of(surveys.iter().map(|survey| survey.shots).sum(), "shot")
-    };
-    let order = match tracks {
-        [a, b] if a.1 + EARLIER < b.1 => Some([a.0, b.0]),
-        [a, b] if b.1 + EARLIER < a.1 => Some([b.0, a.0]),
-        _ => None,
-    };
-    // a table with a row per frame names the balls by its columns
-    let first_column = order.and_then(|[cue, _]| columns.get(&format!("{cue}_x"))).map(Column::shown);
-    // names such as cue and object are believed
-    let is_other = order.is_some_and(|[cue, _]| cue != "cue");
-    let is_believed = is_other && first_column.as_ref().is_some_and(|column| column.contains("obj"));
-    let are_exchanged = is_other && first_column.is_some() && !is_believed;
-    let line = |(key, column): (&String, &Column)| {
-        // the keys in the same order, with the columns of the other ball
-        let other = match key.split_once('_') {
-            Some(("cue", rest)) if are_exchanged => columns.get(&format!("object_{rest}")),
-            Some(("object", rest)) if are_exchanged => columns.get(&format!("cue_{rest}")),
-            _ => None,
-        };
-        let line = format!("{key} = {}", other.unwrap_or(column).shown());
-        context! { line, is_doubtful => first.guess.is_doubtful(key) }
-    };
-    let listed: Vec<String> = tracks.iter().map(|(name, _)| format!("\"{name}\"")).collect();
-    context! {
-        count => count_of(surveys.len(), "file"),
-        format => first.format,
-        shots,
-        layout => if columns.is_empty() { "auto" } else { "columns" },
-        time_unit => times(first).1,
-        tracks => listed.join(", "),
-        first_column,
-        is_believed,
-        cue => order.map(|[cue, _]| toml(cue)),
-        object => order.map(|[_, object]| toml(object)),
-        has_wide_columns => columns.contains_key("cue_x"),
-        columns => columns.iter().map(line).collect::<Vec<Values>>(),
-        faults => surveys.iter().flat_map(|survey| &survey.problems).cloned().collect::<Vec<String>>(),
-    }
 }
 
 /// Returns the first lines of a table in no known format, shortened.
@@ -284,4 +186,160 @@ fn first_lines(file: &Path) -> Vec<String> {
         format!("{short}{}", if short.len() < line.len() { "…" } else { "" })
     };
     filled_lines(&decode(&bytes).0).take(MAX_LINES).map(shortened).collect()
+}
+
+/// The content of a file.
+struct Seen {
+    file: PathBuf,
+    /// `tracks`, `impacts` or `angles`.
+    kind: &'static str,
+    /// `None` for a table of impacts or angles, or of unknown columns.
+    survey: Option<Survey>,
+    has_spins: bool,
+}
+
+fn refused(file: &Path, message: impl Into<String>) -> Problem {
+    Problem { file: file.to_path_buf(), line: None, column: None, message: message.into() }
+}
+
+/// Returns the files; a folder is replaced by its tables.
+fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, Problem> {
+    let each = files.iter().map(|file| if file.is_dir() { tables(file) } else { Ok(vec![file.clone()]) });
+    let all = each.collect::<Result<Vec<_>, _>>()?.concat();
+    if let [first, .., last] = all.as_slice()
+        && all.len() >= FRAMES
+        && is_frame(first)
+        && is_frame(last)
+    {
+        let name = first.file_name().unwrap_or_default().to_string_lossy();
+        let count = all.len();
+        let message = format!(
+            "{count} files like {name} hold one frame each, as YOLO writes them. Expected one table per shot: join its files below a \
+             line frame class x_center y_center width height, with the number of the frame in each row and lengths in pixels"
+        );
+        return Err(refused(first.parent().unwrap_or(first), message));
+    }
+    Ok(all)
+}
+
+/// Returns the tables in a folder or, if it lacks tables, in its subfolders, or in theirs.
+fn tables(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
+    let options =
+        MatchOptions { case_sensitive: false, require_literal_leading_dot: true, ..MatchOptions::new() };
+    let escaped = PathBuf::from(Pattern::escape(&folder.to_string_lossy()));
+    for depth in ["", "*/", "*/*/"] {
+        for endings in [&TABLES[..], &OTHER_ENDINGS[..]] {
+            let patterns = endings.iter().map(|ending| escaped.join(format!("{depth}*.{ending}")));
+            let paths = patterns.flat_map(|pattern| glob_with(&pattern.to_string_lossy(), options));
+            let mut tables: Vec<PathBuf> = paths.flatten().flatten().filter(|path| path.is_file()).collect();
+            if !tables.is_empty() {
+                tables.sort();
+                return Ok(tables);
+            }
+        }
+    }
+    let message =
+        "holds no table (a file that ends in .csv, .txt, .tsv or .dat); save a workbook's sheet as CSV";
+    Err(refused(folder, message))
+}
+
+/// Returns whether a file, whose name ends in a number, holds the boxes of a frame: class, x, y,
+/// width, height, and perhaps a confidence.
+fn is_frame(file: &Path) -> bool {
+    let name = file.file_stem().unwrap_or_default().to_string_lossy();
+    let text = std::fs::read_to_string(file).unwrap_or_default();
+    let are_boxes = text.lines().all(|row| (5..=7).contains(&numbers(row)));
+    name.ends_with(|c: char| c.is_ascii_digit()) && (1..=BOXES).contains(&text.lines().count()) && are_boxes
+}
+
+/// Returns whether a file is obviously not a table: it has few rows of numbers.
+fn is_no_table(file: &Path) -> bool {
+    let Ok(bytes) = std::fs::read(file) else { return false };
+    let text = decode(&bytes).0;
+    text.split(['\n', '\r']).filter(|line| numbers(line) >= NUMBERS).take(ROWS).count() < ROWS
+}
+
+fn numbers(row: &str) -> usize {
+    let cells = row.split([',', ';', '\t', ' ', '|']);
+    cells.filter(|cell| cell.trim_matches('"').parse::<f64>().is_ok()).count()
+}
+
+/// Returns the files of one kind; obviously wrong or empty ones are left out if others remain.
+fn look_at(files: &[PathBuf], found: &mut Vec<String>) -> Result<Vec<Seen>, Problem> {
+    let (mut seen, mut unclear) = (Vec::new(), Vec::new());
+    for file in files {
+        let now = look(file);
+        let is_unclear = match &now {
+            Ok(Seen { survey: Some(survey), .. }) => survey.is_empty(),
+            Ok(now) => now.kind == "tracks" && is_no_table(file),
+            Err(_) => is_no_table(file),
+        };
+        if is_unclear { unclear.push((file, now)) } else { seen.push(now?) }
+    }
+    for (file, now) in unclear {
+        if seen.iter().all(|seen| seen.survey.is_none() && seen.kind == "tracks") {
+            seen.push(now?);
+        } else {
+            let why = "no table of positions or measurements, or one without rows; left out";
+            found.push(format!("{}: {why}.", file.display()));
+        }
+    }
+    let what = |seen: &Seen| match (seen.kind, &seen.survey) {
+        ("tracks", None) => "in no known format".to_owned(),
+        (kind, _) => format!("of kind {kind}"),
+    };
+    if let [first, others @ ..] = seen.as_slice()
+        && let Some(other) = others.iter().find(|other| what(other) != what(first))
+    {
+        let (file, own, other_is) = (first.file.display(), what(first), what(other));
+        let message = format!("is {other_is}, but {file} is {own}; expected files of one data set");
+        return Err(refused(&other.file, message));
+    }
+    Ok(seen)
+}
+
+fn look(file: &Path) -> Result<Seen, Problem> {
+    let bytes = std::fs::read(file).map_err(|error| refused(file, format!("cannot be read: {error}")))?;
+    let names = header(&bytes);
+    let is_odd = |c: char| c == char::REPLACEMENT_CHARACTER || c.is_control();
+    if is_tracker_project(file, &decode(&bytes).0) {
+        return Err(refused(file, TRACKER_PROJECT));
+    } else if names.iter().all(String::is_empty) {
+        return Err(refused(file, "is empty; expected a table of tracks or measurements"));
+    } else if names.iter().any(|name| name.contains(is_odd)) {
+        let message = "is not text; expected a table of tracks or measurements, not the film itself, nor a workbook (save its sheet \
+                       as CSV)";
+        return Err(refused(file, message));
+    }
+    let has = |name: &str| names.iter().any(|own| own == name);
+    let seen = Seen { file: file.to_path_buf(), kind: "tracks", survey: None, has_spins: false };
+    if has("nx") && has("ny") && has("cue_vx") {
+        return Ok(Seen { kind: "impacts", ..seen });
+    } else if has("cut_deg") {
+        return Ok(Seen { kind: "angles", has_spins: has("cue_spin") || has("omega_x"), ..seen });
+    }
+    match Survey::of(file) {
+        Err(problems) if names[0].starts_with(['{', '[']) => {
+            let why = problems.first().map_or(String::new(), |first| first.to_string());
+            let what = "expected a table of tracks or measurements, or an array of shots in JSON";
+            Err(refused(file, format!("cannot be read; {what}\n  {why}")))
+        }
+        survey => Ok(Seen { survey: survey.ok(), ..seen }),
+    }
+}
+
+fn is_shots_table(file: &Path) -> bool {
+    let names = header(&std::fs::read(file).unwrap_or_default());
+    let has = |name: &str| names.iter().any(|own| own == name);
+    has("shot") && KNOWN.split(' ').skip(1).any(has) && !["cut_deg", "nx", "x"].into_iter().any(has)
+}
+
+/// Returns the names of the columns in the first line that is not blank or a comment.
+fn header(bytes: &[u8]) -> Vec<String> {
+    let (text, stated) = without_separator_line(decode(bytes).0);
+    let mut lines = filled_lines(&text).map(|(_, line)| line);
+    let first = lines.clone().find(|line| !line.trim_start().starts_with('#'));
+    let first = first.or_else(|| lines.next()).unwrap_or_default();
+    let separator = stated.unwrap_or_else(|| separator(first));
+    trimmed(first, Some(separator)).unwrap_or_else(|| vec![first.to_string()])
 }

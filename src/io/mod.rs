@@ -4,7 +4,6 @@
 pub(crate) mod balls;
 pub(crate) mod cases;
 pub(crate) mod draft;
-mod draft_files;
 pub(crate) mod error;
 mod fit_section;
 mod manifest;
@@ -19,10 +18,10 @@ pub(crate) mod tracking;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use error::{Problems, did_you_mean};
+use error::Problems;
 use manifest::{Keys, Manifest};
 use schemars::Schema;
-use table::{Table, read_utf8};
+use text::read_utf8;
 use toml_file::{Source, checked};
 
 use crate::measurement::dataset::{Dataset, Shot};
@@ -30,7 +29,6 @@ use crate::measurement::dataset::{Dataset, Shot};
 pub use error::{DatasetError, Problem};
 pub use manifest::Kind;
 pub use positions::positions;
-pub(crate) use tracking::{Survey, survey};
 
 /// Loads a data set from a folder that holds a dataset.toml, or from the path of such a file.
 ///
@@ -74,14 +72,7 @@ fn dataset(keys: Keys, source: &Source) -> Dataset {
     }
     let Manifest { mut dataset, kind, files, assume, .. } = manifest;
     for file in &files {
-        let Some(table) = Table::read(file, source.problems) else { continue };
-        let by = dataset.by.as_deref();
-        if let Some(by) = by {
-            check_label(by, &table, source);
-        }
-        let (mut shots, note) = rows::shots(&table, kind, assume, by);
-        dataset.shots.append(&mut shots);
-        dataset.taken.extend(note);
+        rows::add(&mut dataset, file, kind, assume, source);
     }
     let names = dataset.shots.iter().map(|shot| (shot.name.as_str(), shot.file.as_path(), shot.line));
     check_unique(names, "", source.problems);
@@ -94,18 +85,6 @@ fn dataset(keys: Keys, source: &Source) -> Dataset {
         }
     }
     dataset
-}
-
-/// Complains if a table lacks the column that `[fit] by` names, or a label in it.
-fn check_label(by: &str, table: &Table, source: &Source) {
-    if !table.has(by) {
-        let near = did_you_mean(by, table.names());
-        let message = format!("by is \"{by}\", but {} has no such column{near}", table.path.display());
-        return source.wrong("fit.by", message);
-    }
-    for row in (0..table.rows()).filter(|row| table.text(by, *row).is_none()) {
-        table.wrong(row, by, "is empty; expected a label, since [fit] by names this column");
-    }
 }
 
 /// Complains about equal names of shots, each with its file and line; `remedy` follows the message.

@@ -157,29 +157,3 @@ pub(crate) fn shortened(text: &str) -> String {
     let end = text.char_indices().nth(40).map(|(end, _)| end);
     end.map_or(text.to_string(), |end| format!("{}…", &text[..end]))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_way_of_writing_a_number() {
-        for (cell, expected) in [
-            ("\u{2212}1,555276E1", -15.55276),
-            ("1,000000E\u{2212}2", 0.01),
-            (" +.5 ", 0.5),
-            ("5.", 5.0),
-            ("1e-4", 1e-4),
-            ("6.25D-01", 0.625),
-        ] {
-            assert_eq!(value(cell), Some(expected), "{cell}");
-        }
-        for gap in ["", "  ", "NaN", "nan", "NA", "-", "--", "n/a", "#N/A", "None", "null", "\\N"] {
-            assert_eq!(parse(gap), Ok(None));
-        }
-        let wrong = "1.234,5|1,234,567|1 2|0x1|inf|1e999|e5|.|---|--1|1e|1e1.5|1-2|1_0|１|1e5e5|+-1";
-        for wrong in wrong.split('|') {
-            assert!(parse(wrong).is_err(), "{wrong}");
-        }
-    }
-}

@@ -1,6 +1,6 @@
 //! Positions of tracked balls as one long table.
 
-use polars::prelude::{Column, DataFrame, PolarsResult};
+use polars::prelude::{DataFrame, PolarsResult, df};
 
 use crate::measurement::dataset::Dataset;
 use crate::measurement::track::{Sample, TrackShot, TrackedBall};
@@ -49,18 +49,8 @@ pub(crate) fn of_shots<'a>(shots: impl Iterator<Item = &'a TrackShot>) -> Polars
         }
     }
     let ([shot, ball, point], [t, x, y, x_sd, y_sd]) = (names, numbers);
-    let height = frames.len();
-    let of_numbers = |name: &str, numbers: Vec<Option<f64>>| Column::new(name.into(), numbers);
-    let columns = vec![
-        Column::new("shot".into(), shot),
-        Column::new("frame".into(), frames),
-        of_numbers("t", t),
-        Column::new("ball".into(), ball),
-        Column::new("point".into(), point),
-        of_numbers("x", x),
-        of_numbers("y", y),
-        of_numbers("x_sd", x_sd),
-        of_numbers("y_sd", y_sd),
-    ];
-    DataFrame::new(height, columns)
+    df!(
+        "shot" => shot, "frame" => frames, "t" => t, "ball" => ball, "point" => point,
+        "x" => x, "y" => y, "x_sd" => x_sd, "y_sd" => y_sd,
+    )
 }

@@ -1,72 +1,123 @@
-//! Tables with commas, semicolons or tabs between cells, with the place of every cell in its file.
+//! Tables with commas, semicolons or tabs between cells: columns with meanings and labels, and the
+//! place of every cell in its file.
 
 use std::borrow::Cow;
-use std::fs;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
-use polars::prelude::{Column, DataFrame, StringChunked};
-
-use super::error::Problems;
+use super::error::{Problems, did_you_mean, nearest};
+use super::manifest::StatedSpin;
 use super::number::{Mark, Place, parse};
-use super::text::{Separator, Slip, cells, decode, filled_lines, line_end, without_separator_line};
+use super::text::{Slip, cells, filled_lines, line_end, name_of, read_utf8, without_separator_line};
+use crate::measurement::fault::{Condition, Fault, POSITIVE};
 use crate::measurement::number::count_of;
+use crate::measurement::observable::Measured;
+use crate::measurement::spin::Spin;
+use crate::physics::ball::Vec3;
 
-/// The rows of a file as a data frame of text, with the line of each.
+/// A column of numbers: its name, its SI unit, and its range in that unit.
+pub(crate) type Column = (&'static str, f64, Condition);
+
+/// Columns of a measured spin, rad/s.
+pub(crate) const OMEGA: [&str; 3] = ["omega_x", "omega_y", "omega_z"];
+
+/// The rows of a file; columns without a meaning are labels.
 pub(crate) struct Table<'a> {
     pub(crate) path: PathBuf,
     pub(crate) problems: &'a Problems,
     /// The separator of cells; unless it is a comma, decimals may have one.
     separator: char,
-    /// The line of the names of columns.
-    header: usize,
-    lines: Vec<usize>,
-    /// Cells without the blanks around them, null if they are empty.
-    frame: DataFrame,
+    header: Record,
+    rows: Vec<Record>,
+    known: Vec<&'static str>,
+    /// Numbers by column and row with their standard deviations, SI and radians.
+    numbers: HashMap<&'static str, Vec<Option<Measured>>>,
 }
 
-/// A record of the file: the number of its first line, and its cells.
-#[derive(Debug, PartialEq)]
-struct Record<'t> {
+/// A record of the file: the number of its first line, and its cells without the blanks around them.
+#[derive(Debug, Default, PartialEq)]
+struct Record {
     line: usize,
-    cells: Vec<Cow<'t, str>>,
+    cells: Vec<String>,
 }
 
 impl<'a> Table<'a> {
-    /// Reads a file without comments (`#`) and lines of blanks and commas only. `None` if it cannot
-    /// be read; the reason is then among the problems.
+    /// Reads columns of texts and of numbers. Complains about names that are nearly known, about
+    /// columns that must exist and have no gaps (`required`, with blanks between them), about
+    /// numbers out of range and standard deviations that are not positive.
+    pub(crate) fn with(mut self, texts: &'static str, columns: &[Column], required: &str) -> Self {
+        self.known = texts.split(' ').chain(columns.iter().map(|(name, ..)| *name)).collect();
+        self.check_names(required);
+        for (name, unit_si, range) in columns {
+            let Some(values) = self.column(name, *unit_si, *range, "out of range") else { continue };
+            let sds = self.column(&format!("{name}_sd"), *unit_si, POSITIVE, "not a standard deviation");
+            let sd = |row: usize| sds.as_ref().and_then(|sds| sds[row]);
+            let measured = |(row, value): (usize, Option<f64>)| Some(Measured { value: value?, sd: sd(row) });
+            self.numbers.insert(*name, values.into_iter().enumerate().map(measured).collect());
+        }
+        self
+    }
+
+    /// Reads the rows of a file without comments (`#`) and lines of blanks and commas only. `None`,
+    /// with a problem, if it cannot be read.
     pub(crate) fn read(path: &Path, problems: &'a Problems) -> Option<Self> {
         let text = read_utf8(path, problems)?;
         let (text, stated) = without_separator_line(text.into());
         let separator = stated.unwrap_or_else(|| separator(&text));
         let before = problems.len();
-        let wrong = |line: Option<usize>, message: String| problems.add(path, line, None, message);
-        let mut rows = records(&text, separator, &|line, message| wrong(Some(line), message.to_owned()));
+        let wrong = |line: Option<usize>, message: &str| problems.add(path, line, None, message);
+        let mut rows = records(&text, separator, &|line, message| wrong(Some(line), message));
         let has_slips = problems.len() > before;
         if rows.is_empty() && !has_slips {
-            wrong(None, "is empty; expected a line of column names, and rows below it".to_owned());
+            wrong(None, "is empty; expected a line of column names, and rows below it");
         }
-        let Record { line: header, cells: names } = rows.drain(..1.min(rows.len())).next()?;
-        if !are_good(path, header, &names, problems) {
+        let header = rows.drain(..1.min(rows.len())).next()?;
+        let (line, names, before) = (header.line, &header.cells, problems.len());
+        for (i, name) in names.iter().enumerate() {
+            if name.is_empty() {
+                wrong(Some(line), &format!("column {} has no name", i + 1));
+            } else if names[..i].contains(name) {
+                problems.add(path, line, name.as_str(), "stands twice among the column names");
+            }
+        }
+        if problems.len() > before {
             return None;
         }
         if rows.is_empty() && !has_slips {
             let hint = if text.contains("\n#") { " (lines that begin with # are comments)" } else { "" };
-            wrong(Some(header), format!("no rows below the column names; expected at least one{hint}"));
+            wrong(Some(line), &format!("no rows below the column names; expected at least one{hint}"));
         }
         rows.retain(|Record { line, cells }| {
             if cells.len() != names.len() {
-                wrong(Some(*line), wrong_width(cells.len(), names.len(), separator));
+                wrong(Some(*line), &wrong_width(cells.len(), names.len(), separator));
             }
             cells.len() == names.len()
         });
-        let column = |(i, name): (usize, &Cow<str>)| {
-            let cells = rows.iter().map(|row| Some(row.cells[i].as_ref()).filter(|cell| !cell.is_empty()));
-            Column::new(name.as_ref().into(), cells.collect::<Vec<Option<&str>>>())
+        let (path, known, numbers) = (path.to_path_buf(), Vec::new(), HashMap::new());
+        let table = Self { path, problems, separator, header, rows, known, numbers };
+        (!table.rows.is_empty()).then_some(table)
+    }
+
+    /// Returns the numbers of a column in SI, `None` for a gap; complains about those out of range.
+    /// A standard deviation may become 0 in radians. `None` if the column is missing.
+    fn column(&self, name: &str, unit_si: f64, range: Condition, fault: &str) -> Option<Vec<Option<f64>>> {
+        let (file, problems, column) = (self.path.as_path(), self.problems, self.place(name)?);
+        let mut marks = Mark::default();
+        let mut number = |Record { line, cells }: &Record| {
+            let text = cells[column].as_str();
+            let number = marks.number(Place { file, line: *line, column: name, text, problems })?;
+            let number = number * unit_si;
+            if Fault::of_number(name, number, range).is_some() {
+                let message = format!("{text} is {fault}; expected {}", range.1);
+                problems.add(file, *line, name, message);
+            }
+            Some(number)
         };
-        let frame = DataFrame::new(rows.len(), names.iter().enumerate().map(column).collect());
-        let lines = rows.iter().map(|row| row.line).collect();
-        let table = Self { path: path.to_path_buf(), problems, separator, header, lines, frame: frame.ok()? };
-        (table.rows() > 0).then_some(table)
+        let numbers = self.rows.iter().map(&mut number).collect();
+        if self.separator != ',' {
+            marks.finish(file, problems);
+        }
+        Some(numbers)
     }
 
     /// Complains about a cell.
@@ -81,33 +132,38 @@ impl<'a> Table<'a> {
 
     /// Complains about the name of a column, or about all names.
     pub(crate) fn wrong_name<'c>(&self, column: impl Into<Option<&'c str>>, message: impl Into<String>) {
-        self.problems.add(&self.path, self.header, column, message);
+        self.problems.add(&self.path, self.header.line, column, message);
     }
 
-    pub(crate) fn rows(&self) -> usize {
-        self.lines.len()
+    /// Returns the numbers of the rows, from 0.
+    pub(crate) fn rows(&self) -> std::ops::Range<usize> {
+        0..self.rows.len()
     }
 
     pub(crate) fn line(&self, row: usize) -> usize {
-        self.lines[row]
+        self.rows[row].line
     }
 
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
-        self.frame.columns().iter().map(|column| column.name().as_str())
+        self.header.cells.iter().map(String::as_str)
+    }
+
+    fn place(&self, column: &str) -> Option<usize> {
+        self.names().position(|name| name == column)
     }
 
     pub(crate) fn has(&self, column: &str) -> bool {
-        self.column(column).is_some()
-    }
-
-    fn column(&self, name: &str) -> Option<&StringChunked> {
-        let column = self.frame.get_column_index(name)?;
-        self.frame.columns()[column].str().ok()
+        self.place(column).is_some()
     }
 
     /// Returns a cell; `None` if it is empty or the column is missing.
     pub(crate) fn text(&self, column: &str, row: usize) -> Option<&str> {
-        self.column(column)?.get(row)
+        Some(self.rows[row].cells[self.place(column)?].as_str()).filter(|cell| !cell.is_empty())
+    }
+
+    /// Returns a number in SI with its standard deviation.
+    pub(crate) fn at(&self, column: &str, row: usize) -> Option<Measured> {
+        self.numbers.get(column)?[row]
     }
 
     /// Returns whether a cell is empty, or a word for a missing number.
@@ -115,32 +171,123 @@ impl<'a> Table<'a> {
         self.text(column, row).is_none_or(|text| parse(text) == Ok(None))
     }
 
-    /// Returns a column of numbers: `None` for a gap, and a problem for each other cell.
-    /// `None` if the column is missing.
-    pub(crate) fn numbers(&self, column: &str) -> Option<Vec<Option<f64>>> {
-        let (file, problems) = (self.path.as_path(), self.problems);
-        let mut marks = Mark::default();
-        let number = |(line, text): (&usize, Option<&str>)| {
-            marks.number(Place { file, line: *line, column, text: text?, problems })
-        };
-        let numbers = self.lines.iter().zip(self.column(column)?.iter()).map(number).collect();
-        if self.separator != ',' {
-            marks.finish(file, problems);
+    /// Complains about required columns that are missing or have gaps, about a `…_sd` of a known
+    /// column that is missing, and about names similar to those of known columns.
+    fn check_names(&self, required: &str) {
+        let known = &self.known;
+        for name in self.names() {
+            let of = name.strip_suffix("_sd").filter(|of| known.contains(of) && !self.has(of));
+            if let Some(of) = of {
+                self.wrong_name(name, format!("there is no column {of} that it belongs to"));
+            } else if let Some(meant) = near_miss(name, known, |name| self.has(name)) {
+                let message = format!(
+                    "is not a known name, but nearly {meant}; write {meant}, or give a label that is called so another name"
+                );
+                self.wrong_name(name, message);
+            }
         }
-        Some(numbers)
+        for column in required.split(' ') {
+            if !self.has(column) {
+                let near = nearest(column, self.names().filter(|name| !known.contains(name)));
+                let near = near.map_or(String::new(), |name| format!("; is \"{name}\" meant to be it?"));
+                self.wrong_name(column, format!("is missing from the column names{near}"));
+                continue;
+            }
+            for row in self.rows().filter(|row| self.is_gap(column, *row)) {
+                self.wrong(row, column, "is empty; expected a value");
+            }
+        }
+    }
+
+    /// Returns the names of the columns that are labels.
+    pub(crate) fn labels(&self) -> impl Iterator<Item = &str> {
+        self.names().filter(|name| !self.known.contains(&name.strip_suffix("_sd").unwrap_or(name)))
+    }
+
+    /// Returns the labels of a row.
+    pub(crate) fn labels_at(&self, row: usize) -> BTreeMap<String, String> {
+        let text = |name: &str| self.text(name, row).unwrap_or_default().to_owned();
+        self.labels().map(|name| (name.to_owned(), text(name))).collect()
+    }
+
+    /// Notes which columns are kept as labels, except that of a name.
+    pub(crate) fn note(&self, except: Option<&str>) -> Option<String> {
+        let labels = self.labels().filter(|label| Some(*label) != except);
+        let mut named: Vec<String> = labels.map(|label| format!("\"{label}\"")).collect();
+        named.sort_unstable();
+        let are = if named.len() == 1 { "column" } else { "columns" };
+        let (path, named) = (self.path.display(), named.join(", "));
+        let note = format!("{path}: {are} kept as labels, not read as measurements: {named}");
+        (!named.is_empty()).then_some(note)
+    }
+
+    /// Returns the statement of each row about the cue ball's spin, or else of dataset.toml; `None`
+    /// for a wrong one.
+    pub(crate) fn spins(&self, columns: [&str; 3], assume: StatedSpin) -> Vec<Option<StatedSpin>> {
+        let (all, words) = (columns.join(", "), StatedSpin::WORDS.join(", "));
+        let missing: Vec<&str> = columns.into_iter().filter(|column| !self.has(column)).collect();
+        if (1..3).contains(&missing.len()) {
+            for column in missing {
+                let message = format!("is missing from the column names; expected all three of {all}");
+                self.wrong_name(column, message);
+            }
+            return vec![None; self.rows.len()];
+        }
+        let spin = |row: usize| {
+            let word = self.text("cue_spin", row);
+            let stated = word.map(|word| StatedSpin::named(&word.to_lowercase()));
+            let empty: Vec<&str> = columns.into_iter().filter(|column| self.is_gap(column, row)).collect();
+            let (column, message) = match (word.unwrap_or_default(), stated, empty.as_slice()) {
+                (word, Some(None), _) => {
+                    let near = did_you_mean(word, StatedSpin::WORDS);
+                    ("cue_spin", format!("\"{word}\" is not a spin{near}; expected {words}"))
+                }
+                (_, None | Some(Some(StatedSpin::Measured)), []) => {
+                    let [x, y, z] = columns.map(|column| self.at(column, row));
+                    let ([x, y, z], sd) = ([x?, y?, z?].map(|one| one.value), [x?.sd, y?.sd, z?.sd]);
+                    return Some(StatedSpin::Is(Spin::Measured { spin: Vec3::new(x, y, z), sd }));
+                }
+                (_, stated, [_, _, _]) => return Some(stated.flatten().unwrap_or(assume)),
+                (word, _, []) => {
+                    ("cue_spin", format!("\"{word}\", but {all} have values; expected only one"))
+                }
+                (_, _, [first, ..]) => {
+                    (*first, "is empty; expected all three components of the spin or none".to_owned())
+                }
+            };
+            self.wrong(row, column, message);
+            None
+        };
+        self.rows().map(spin).collect()
     }
 }
 
-/// Returns a file as text, without byte order mark; `None` if that fails, with a problem.
-pub(crate) fn read_utf8(path: &Path, problems: &Problems) -> Option<String> {
-    let wrong = |error| problems.add(path, None, None, format!("cannot be read: {error}"));
-    match decode(&fs::read(path).map_err(wrong).ok()?) {
-        (text, None) => Some(text.into_owned()),
-        (_, line) => {
-            problems.add(path, line, None, "is not UTF-8 text; save the file as UTF-8");
-            None
-        }
+/// Words for standard deviation, after or before the name of a column.
+const SPREADS: &str = "std sdev stdev stddev std_dev err error sigma unc uncertainty se stderr std_err sd";
+
+/// Least lengths of a name with one slip of the pen, and with two.
+const ONE_SLIP: usize = 5;
+const TWO_SLIPS: usize = 9;
+
+/// Returns the known name, or the `…_sd` of one, that a name resembles, if the table has no such
+/// column: by another word for standard deviation, or one or two slips of the pen in a long name.
+pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) -> Option<String> {
+    if known.contains(&name.strip_suffix("_sd").unwrap_or(name)) {
+        return None;
     }
+    let plain = name.to_lowercase().replace([' ', '-', '.'], "_");
+    let bare = |word: &str| {
+        let rest = plain.strip_suffix(word).or_else(|| plain.strip_prefix(word))?;
+        Some(rest.trim_matches('_')).filter(|rest| known.contains(rest))
+    };
+    let plain = SPREADS.split(' ').find_map(bare).map_or(plain.clone(), |of| format!("{of}_sd"));
+    let names = known.iter().flat_map(|name| [(*name).to_owned(), format!("{name}_sd")]);
+    let slips = |known: String| {
+        let most = usize::from(known.len() >= ONE_SLIP) + usize::from(known.len() >= TWO_SLIPS);
+        let slips = strsim::damerau_levenshtein(&plain, &known);
+        (slips <= most && !has(&known)).then_some((slips, known))
+    };
+    names.filter_map(slips).min().map(|(_, known)| known)
 }
 
 /// Returns the most likely separator: the most frequent one in the line of names.
@@ -151,22 +298,9 @@ pub(crate) fn separator(text: &str) -> char {
     ['\t', ';', ','].into_iter().max_by_key(|c| first.matches(*c).count()).unwrap_or(',')
 }
 
-/// Returns whether the names of columns are good; complains about missing and repeated ones.
-fn are_good(path: &Path, line: usize, names: &[Cow<str>], problems: &Problems) -> bool {
-    let before = problems.len();
-    for (i, name) in names.iter().enumerate() {
-        if name.is_empty() {
-            problems.add(path, line, None, format!("column {} has no name", i + 1));
-        } else if names[..i].contains(name) {
-            problems.add(path, line, name.as_ref(), "stands twice among the column names");
-        }
-    }
-    problems.len() == before
-}
-
 /// Returns the message about a row with another number of cells than the header.
 fn wrong_width(found: usize, expected: usize, separator: char) -> String {
-    let name = Separator::Char(separator).name();
+    let name = name_of(Some(separator));
     let hint = match separator {
         _ if found < expected => format!("leave a cell empty, but keep its {}", name.trim_end_matches('s')),
         ',' => "write decimals with a point, and text that has commas in quotation marks".to_string(),
@@ -177,7 +311,7 @@ fn wrong_width(found: usize, expected: usize, separator: char) -> String {
 
 /// Splits a text into records, which end at line ends outside quotation marks; calls `wrong` with
 /// the line of each slip.
-fn records<'t>(text: &'t str, separator: char, wrong: &dyn Fn(usize, &str)) -> Vec<Record<'t>> {
+fn records(text: &str, separator: char, wrong: &dyn Fn(usize, &str)) -> Vec<Record> {
     let end = line_end(text);
     let mut records = Vec::new();
     let (mut rest, mut line) = (text, 1);
@@ -185,20 +319,22 @@ fn records<'t>(text: &'t str, separator: char, wrong: &dyn Fn(usize, &str)) -> V
         let length = |from: usize| rest[from..].find(end).map_or(rest.len(), |length| from + length);
         let mut record = &rest[..length(0)];
         let is_comment = record.trim_start().starts_with('#');
-        let mut found = cells(record, Separator::Char(separator));
+        let mut found = cells(record, Some(separator));
         while let Err(Slip::Open(_)) = &found
             && !is_comment
             && let Some(next) = rest[record.len()..].find('"')
         {
             // the cell goes on below, at least to the line of the next quotation mark
             record = &rest[..length(record.len() + next)];
-            found = cells(record, Separator::Char(separator));
+            found = cells(record, Some(separator));
         }
         let line_of = |at: usize| line + record[..at].matches(end).count();
         match found {
             _ if is_comment => {}
             Ok(cells) if cells.iter().all(|cell| cell.is_empty()) => {}
-            Ok(cells) => records.push(Record { line, cells }),
+            Ok(cells) => {
+                records.push(Record { line, cells: cells.into_iter().map(Cow::into_owned).collect() });
+            }
             Err(Slip::Text(at)) => wrong(
                 line_of(at),
                 "text follows a closing quotation mark; expected the end of the cell, or \"\" for a quotation mark within the cell",

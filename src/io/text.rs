@@ -1,32 +1,20 @@
 //! The text of a file of any kind, its lines and their cells.
 
 use std::borrow::Cow;
+use std::fs;
+use std::path::Path;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Separator {
-    Char(char),
-    /// Any number of blanks and tabs.
-    Blanks,
-}
+use super::error::Problems;
 
-impl Separator {
-    pub(crate) const ALL: [Self; 5] =
-        [Self::Char('\t'), Self::Char(';'), Self::Char(','), Self::Char('|'), Self::Char(' ')];
+/// The mark between cells; `None` stands for any number of blanks and tabs.
+pub(crate) type Separator = Option<char>;
 
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Char('\t') => "tabs",
-            Self::Char(';') => "semicolons",
-            Self::Char(',') => "commas",
-            Self::Char('|') => "bars",
-            Self::Char(_) | Self::Blanks => "blanks",
-        }
-    }
+/// Separators with their names.
+pub(crate) const SEPARATORS: [(char, &str); 5] =
+    [('\t', "tabs"), (';', "semicolons"), (',', "commas"), ('|', "bars"), (' ', "blanks")];
 
-    /// Returns whether programs and editors drop it at the end of a line.
-    pub(crate) fn is_white(self) -> bool {
-        matches!(self, Self::Blanks | Self::Char(' ' | '\t'))
-    }
+pub(crate) fn name_of(separator: Separator) -> &'static str {
+    SEPARATORS.iter().find(|(own, _)| separator == Some(*own)).map_or("blanks", |(_, name)| *name)
 }
 
 /// Returns the text of a file without byte order mark, and the first line that is not UTF-8: from
@@ -50,6 +38,18 @@ pub(crate) fn decode(bytes: &[u8]) -> (Cow<'_, str>, Option<usize>) {
                 (Cow::Owned(rest.iter().map(|b| char::from(*b)).collect()), Some(line))
             }
         },
+    }
+}
+
+/// Returns a file as text, without byte order mark; `None` if that fails, with a problem.
+pub(crate) fn read_utf8(path: &Path, problems: &Problems) -> Option<String> {
+    let wrong = |error| problems.add(path, None, None, format!("cannot be read: {error}"));
+    match decode(&fs::read(path).map_err(wrong).ok()?) {
+        (text, None) => Some(text.into_owned()),
+        (_, line) => {
+            problems.add(path, line, None, "is not UTF-8 text; save the file as UTF-8");
+            None
+        }
     }
 }
 
@@ -95,7 +95,7 @@ pub(crate) enum Slip {
 
 /// Returns the cells of a line without surrounding blanks and quotation marks (`""` inside is one).
 pub(crate) fn cells(line: &str, separator: Separator) -> Result<Vec<Cow<'_, str>>, Slip> {
-    let Separator::Char(separator) = separator else {
+    let Some(separator) = separator else {
         return Ok(line.split_whitespace().map(Cow::Borrowed).collect());
     };
     if !line.contains('"') {

@@ -15,7 +15,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{DatasetError, Problems, did_you_mean};
 use super::number::shortened;
-use super::table::read_utf8;
+use super::text::read_utf8;
 use crate::measurement::fault::Fault;
 
 /// Types of a schema with the types of TOML that fit them, and their words.
@@ -79,12 +79,18 @@ impl<'a> Source<'a> {
         source
     }
 
-    /// Returns the value of a key: `fit.mu.lower`, or `kind.2.side` in a list.
+    /// Returns the value of a key: `fit.mu.lower`, `kind.2.side` in a list, or `fit.mu*` for any that
+    /// begins like this.
     fn value(&self, key: &str) -> Option<&Spanned<DeValue<'a>>> {
         let mut keys = key.split('.');
         let first = self.table.get_ref().get(keys.next()?)?;
         keys.try_fold(first, |value, key| match value.get_ref() {
-            DeValue::Table(table) => table.get(key),
+            DeValue::Table(table) => match key.strip_suffix('*') {
+                None => table.get(key),
+                Some(begin) => {
+                    table.iter().find(|(key, _)| key.as_ref().starts_with(begin)).map(|(_, value)| value)
+                }
+            },
             DeValue::Array(values) => values.get(key.parse::<usize>().ok()?),
             _ => None,
         })

@@ -13,17 +13,9 @@ pub(crate) struct Calibration {
     pub(crate) is_up: bool,
     /// Map of homogeneous pixels, which replaces the scale.
     pub(crate) homography: Option<Matrix3<f64>>,
-    pub(crate) readout: Option<ReadOut>,
-}
-
-/// A rolling shutter: the rows of a picture are exposed one after the other, from the top.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ReadOut {
-    /// Time from the first row to the last, s.
-    pub(crate) seconds: f64,
-    pub(crate) rows: f64,
-    /// Whether the file's y grows from the bottom of the picture upwards.
-    pub(crate) is_up: bool,
+    /// A rolling shutter: the seconds in which the rows of a picture are exposed, one after the
+    /// other from the top, and their number.
+    pub(crate) readout: Option<[f64; 2]>,
 }
 
 /// A place in the picture and on the table.
@@ -62,10 +54,7 @@ impl Calibration {
 
     /// Returns the time between the first row of a picture and a position, s.
     pub(super) fn delay(&self, y: f64) -> f64 {
-        self.readout.map_or(0.0, |ReadOut { seconds, rows, is_up }| {
-            let row = if is_up { rows - y } else { y };
-            seconds * row / rows
-        })
+        self.readout.map_or(0.0, |[seconds, rows]| seconds * if self.is_up { rows - y } else { y } / rows)
     }
 }
 

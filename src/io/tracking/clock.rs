@@ -64,7 +64,7 @@ pub(super) fn count_frames(shots: &mut [RawShot]) -> Option<f64> {
         let whole = (time + 1e-6).floor();
         (whole, (100.0 * (time - whole)).round())
     };
-    let mut times = sorted(shots.iter().flat_map(|shot| shot.times.iter().copied()));
+    let mut times = sorted(shots.iter().flat_map(RawShot::times));
     times.dedup();
     let parts: Vec<(f64, f64)> = times.iter().map(|time| split(*time)).collect();
     let last = parts.iter().map(|(_, frame)| *frame).fold(0.0, f64::max);
@@ -75,7 +75,7 @@ pub(super) fn count_frames(shots: &mut [RawShot]) -> Option<f64> {
     let rate = CODE_RATES.into_iter().find(|rate| *rate > last && follows(*rate))?;
     for shot in shots {
         let number = |(whole, frame): (f64, f64)| rate * whole + frame;
-        shot.set_times(shot.times.iter().map(|time| number(split(*time))).collect());
+        shot.map_times(|time| number(split(time)));
     }
     Some(rate)
 }

@@ -6,7 +6,7 @@ use indexmap::IndexMap;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
-use super::units::{AngleUnit, Measure};
+use super::units::Unit;
 use crate::io::toml_file::Source;
 
 /// A column of `[tracks.columns]`, or the unit of angles.
@@ -49,7 +49,7 @@ fn keys() -> impl Iterator<Item = String> {
 pub(super) fn schema_of_columns(generator: &mut SchemaGenerator) -> Schema {
     let column = generator.subschema_for::<Column>();
     let mut properties: IndexMap<String, Schema> = keys().map(|key| (key, column.clone())).collect();
-    let units = json_schema!({ "type": "string", "enum": AngleUnit::ALL.map(AngleUnit::name) });
+    let units = json_schema!({ "type": "string", "enum": Unit::Rad.names_alike() });
     properties.insert(ANGLE_UNIT.to_owned(), units);
     let each = ["", "cue_", "object_"];
     let pairs = each.into_iter().flat_map(|begin| PAIRS.map(|pair| pair.map(|key| format!("{begin}{key}"))));
@@ -58,51 +58,20 @@ pub(super) fn schema_of_columns(generator: &mut SchemaGenerator) -> Schema {
     json_schema!({ "type": "object", "properties": properties, "dependentRequired": both })
 }
 
-/// Complains unless the columns make a table, long or wide.
-pub(super) fn check(columns: &Columns, discs: bool, source: &Source) {
-    let has = |key: &str| columns.contains_key(key);
-    let is_wide = |key: &str| key.starts_with("cue_") || key.starts_with("object_");
-    let any_wide = columns.keys().any(|key| is_wide(key));
-    let is_beside = |key: &String| !is_wide(key) && !KEYS.contains(&key.as_str());
-    let numbers = columns.values().filter(|column| matches!(column, Column::Number(_))).count();
-    let has_angles = columns.keys().any(|key| key.ends_with("angle"));
-    let is_mixed = numbers > 0 && columns.len() > numbers + usize::from(has(ANGLE_UNIT));
-    let faults = [
-        (
-            any_wide && columns.keys().any(is_beside),
-            "mixes a wide table (cue_x, cue_y, object_x, object_y) with a long one (ball, x, y); expected one of them",
-        ),
-        (
-            !(["cue_x", "cue_y", "object_x", "object_y"].into_iter().all(has) || has("x") && has("y")),
-            "needs ball, x and y (a row per ball and frame) or cue_x, cue_y, object_x and object_y (a row per frame)",
-        ),
-        (
-            !has("ball") && ["point", "x_sd", "marker_x", "angle"].into_iter().any(has),
-            "has point, x_sd, marker_x or angle, but not ball: only plain positions can be assigned by their paths",
-        ),
-        (
-            !any_wide && !has("frame") && !has("t"),
-            "has no frame and no t; expected one of them (only the rows of a wide table can be counted)",
-        ),
-        (is_mixed, "gives some columns by name and some by number; expected one of them throughout"),
-        (
-            has_angles && !discs,
-            "has angles, which do not show how a ball turns; expected them with [ball] shape = \"disc\" only",
-        ),
-        (
-            ["", "cue_", "object_"]
-                .into_iter()
-                .any(|begin| has(&format!("{begin}x2")) && has(&format!("{begin}width"))),
-            "has both x2, y2 and width, height; expected the other corner of the box, or its size",
-        ),
-    ];
-    if let Some((_, message)) = faults.iter().find(|(is_wrong, _)| *is_wrong) {
-        source.wrong("tracks.columns", format!("[tracks.columns] {message}"));
+/// Complains if some columns are stated by name and some by number.
+pub(super) fn check(columns: &Columns, source: &Source) {
+    let mut each = columns.iter().filter(|(key, _)| *key != ANGLE_UNIT).map(|(_, column)| column);
+    let is_number = |column: &Column| matches!(column, Column::Number(_));
+    let first = each.next().is_some_and(is_number);
+    if each.any(|column| is_number(column) != first) {
+        let message =
+            "[tracks.columns] gives some columns by name and some by number; expected one of them throughout";
+        source.wrong("tracks.columns", message);
     }
 }
 
 /// Returns the unit of angles that `[tracks.columns]` states.
-pub(super) fn angle_unit(columns: &Columns) -> Option<AngleUnit> {
+pub(super) fn angle_unit(columns: &Columns) -> Option<Unit> {
     let Column::Name(word) = columns.get(ANGLE_UNIT)? else { return None };
-    if let Measure::Angle(unit) = Measure::of(word)? { Some(unit) } else { None }
+    Unit::of(word)
 }

@@ -5,7 +5,7 @@ use super::heading::{Heading, Rows, headings};
 use super::input::{Input, Subject};
 use super::layout::{Block, Body, Layout};
 use super::settings::Format;
-use super::units::{AngleUnit, Measure, TimeUnit};
+use super::units::Unit;
 use super::words::{FRAMES, TIMES, find};
 use crate::io::error::did_you_mean;
 use crate::io::number::{shortened, value};
@@ -26,7 +26,7 @@ pub(super) fn layout(input: &Input, wanted: &Columns) -> Option<Layout> {
     let read: Vec<usize> = wanted.keys().filter_map(|key| column(key)).collect();
     let time = input.frame_or_time(column("frame"), column("t"));
     let time = time.or_else(|| unnamed_time(&heading, &read, shot, input));
-    let [cue, object] = input.settings.first_names();
+    let [cue, object] = input.job.settings.first_names();
     let is_wide = wanted.contains_key("cue_x");
     let mut bodies = Vec::new();
     for (name, begin) in if is_wide { vec![(cue, "cue_"), (object, "object_")] } else { vec![("", "")] } {
@@ -38,18 +38,17 @@ pub(super) fn layout(input: &Input, wanted: &Columns) -> Option<Layout> {
     }
     if time.is_none() {
         let message = "no column of times: every row is taken as one frame after the row above it";
-        input.log.add(Subject::Clock, None, message);
+        input.job.note(Subject::Clock, None, message);
     }
     let block = Block::below(&heading, bodies);
     Some(Layout { shot, ..Layout::new(Format::Columns, heading, vec![block], time, input) })
 }
 
-fn angle_unit_of(heading: &Heading, column: usize, wanted: &Columns, input: &Input) -> Option<AngleUnit> {
-    let stated = angle_unit(wanted).map(Measure::Angle);
-    let stated = stated.map(|unit| (unit, "[tracks.columns] angle_unit states".to_string()));
-    let unit = heading.unit([column], Measure::Angle(AngleUnit::Radians), stated, input);
-    if let Some(Measure::Angle(unit)) = unit {
-        return Some(unit);
+fn angle_unit_of(heading: &Heading, column: usize, wanted: &Columns, input: &Input) -> Option<Unit> {
+    let stated = angle_unit(wanted).map(|unit| (unit, "[tracks.columns] angle_unit states".to_string()));
+    let unit = heading.unit([column], Unit::Rad, stated, input);
+    if unit.is_some() {
+        return unit;
     }
     let message =
         "the unit of these angles is not stated; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"";
@@ -70,9 +69,10 @@ fn unnamed_time(
     let grows = |column: &usize| !used.contains(column) && rows.grows(*column, shot);
     let frame = find(&names, FRAMES).filter(|column| grows(column) && rows.is_whole(*column));
     let time = find(&names, TIMES).filter(grows);
-    let rate = input.settings.followed_fps();
+    let settings = input.job.settings;
+    let rate = settings.video.playback_fps.or(settings.fps());
     if let (Some(frame), Some(time), Some(rate)) = (frame, time, rate)
-        && heading.time(time, input) == TimeUnit::S
+        && heading.time(time, input) == Unit::S
     {
         rows.check_clock(heading, [frame, time], rate, input);
     }
@@ -80,7 +80,7 @@ fn unnamed_time(
     let what = if is_frame { "the number of the frame" } else { "the time" };
     let name = &heading.names[column];
     let message = format!("[tracks.columns] names no column of times: \"{name}\" is taken as {what}");
-    input.log.add(Subject::Clock, heading.line, message);
+    input.job.note(Subject::Clock, heading.line, message);
     Some((column, is_frame))
 }
 

@@ -1,12 +1,10 @@
 //! Conversion of a file's rows to a shot: balls, times, and positions in metres.
 
 use super::calibration::Calibration;
-use super::discs;
-use super::input::{Log, Subject};
-use super::names::{assign, number_twins};
+use super::input::{Job, Subject};
+use super::names::{assign, find_discs, number_twins};
 use super::raw::{RawShot, RawTrack, Role, Row, sorted};
 use super::repair::{self, Wrong};
-use super::settings::TrackSettings;
 use super::shots_table::Facts;
 use super::time;
 use super::units::Unit;
@@ -25,60 +23,49 @@ const MAX_DEVIATION: f64 = 0.02;
 const SAME_NUMBER: f64 = 1e-12;
 
 /// Returns the shot of a file's rows. `Err`: all missing statements, or else the first fault.
-pub(super) fn shot(
-    mut raw: RawShot,
-    mut facts: Facts,
-    settings: &TrackSettings,
-    log: Log,
-) -> Result<TrackShot, Vec<Wrong>> {
-    let calibration = settings.calibration(raw.unit);
+pub(super) fn shot(mut raw: RawShot, mut facts: Facts, job: Job) -> Result<TrackShot, Vec<Wrong>> {
+    let settings = job.settings;
     number_twins(&mut raw.tracks);
-    if settings.discs && !settings.states_balls() && !facts.names_balls {
-        discs::find(&raw, &calibration, &mut facts, log).map_err(|wrong| vec![wrong])?;
+    let names_balls = facts.names_balls || settings.tracks.cue.is_some() || settings.tracks.object.is_some();
+    if settings.discs && !names_balls {
+        find_discs(&raw, &mut facts, job).map_err(|wrong| vec![wrong])?;
     }
-    if let Err(mut wrong) = assign(&mut raw, &facts.names, log) {
+    if let Err(mut wrong) = assign(&mut raw, &facts.names, job) {
         // wrong names in the table of shots are its fault, not the shot's
         for wrong in &mut wrong {
             wrong.is_damage &= !facts.names_balls;
         }
-        let time = time::convert(&mut raw, facts.capture_fps, settings, log);
+        let time = time::convert(&mut raw, facts.capture_fps, job);
         wrong.extend(time.err().map(|message| Wrong::input(raw.line, message)));
         return Err(wrong);
     }
     for other in raw.tracks.extract_if(.., |track| track.role.is_none()) {
         let message = format!("the track \"{}\" is not cue or object; passed over", shortened(&other.name));
-        log.add(Subject::Names, other.line(), message);
+        job.note(Subject::Names, other.line(), message);
     }
-    // without the frames that only they have
-    raw.regrid();
     raw.tracks.sort_by_key(|track| track.role);
-    of_balls(raw, facts, settings, &calibration, log).map_err(|wrong| vec![wrong])
+    of_balls(raw, facts, job).map_err(|wrong| vec![wrong])
 }
 
-fn of_balls(
-    mut raw: RawShot,
-    facts: Facts,
-    settings: &TrackSettings,
-    calibration: &Calibration,
-    log: Log,
-) -> Result<TrackShot, Wrong> {
-    let fps = time::convert(&mut raw, facts.capture_fps, settings, log);
+fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong> {
+    let calibration = &job.settings.calibration(raw.stated.unit);
+    let fps = time::convert(&mut raw, facts.capture_fps, job);
     let fps = fps.map_err(|message| Wrong::input(raw.line, message))?;
-    repair::unite_frames(&mut raw, log)?;
+    repair::unite_frames(&mut raw, job)?;
     let mut centres = [0, 1].map(|ball| centre(&mut raw.tracks, ball));
     let of = |ball: usize, is_marker: bool| {
         let is_it = move |role: Role| (role.ball, role.is_marker) == (ball, is_marker);
         raw.tracks.iter().filter(move |track| track.role.is_some_and(is_it))
     };
     let step = grid_step(&centres.each_ref()).unwrap_or(0.0);
-    repair::remove_repeated_frames(&mut centres, fps, step, log)?;
-    let swapped = repair::undo_swaps(&mut centres, fps, log)?;
+    repair::remove_repeated_frames(&mut centres, fps, step, job)?;
+    let swapped = repair::undo_swaps(&mut centres, fps, job)?;
     if let Some(line) = swapped.filter(|_| !raw.tracks.is_empty()) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
                        not certain which of both did; expected them set right, or the shot skipped";
         return Err(Wrong::damaged(line, message));
     }
-    let resolution = resolution(&centres, settings, calibration, log);
+    let resolution = resolution(&centres, calibration, job);
     let mut paths = centres.each_ref().map(|centre| samples(centre, calibration));
     let mut markers: Vec<Marker> = Vec::new();
     for (i, ball) in [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate() {
@@ -92,7 +79,7 @@ fn of_balls(
             };
             markers.push(Marker { ball, name, samples });
         }
-        if settings.discs && of(i, false).next().is_some() {
+        if job.settings.discs && of(i, false).next().is_some() {
             let points: Vec<&[Sample]> =
                 markers[first..].iter().map(|marker| marker.samples.as_slice()).collect();
             paths[i] = circle_centres(&points).map_err(|message| Wrong::damaged(raw.line, message))?;
@@ -100,11 +87,11 @@ fn of_balls(
     }
     let spin = facts.spin();
     let mut shot = TrackShot {
-        file: raw.file.to_path_buf(),
+        file: raw.file,
         line: raw.line,
         labels: facts.labels,
         markers,
-        position_sd: settings.tracks.position_sd_m,
+        position_sd: job.settings.tracks.position_sd_m,
         resolution,
         ..TrackShot::new(raw.name, fps, spin, paths)
     };
@@ -123,13 +110,13 @@ fn centre(tracks: &mut Vec<RawTrack>, ball: usize) -> RawTrack {
     if points.len() < 2 {
         return tracks.extract_if(.., |track| is_of(track)).next().unwrap_or_default();
     }
-    let mean = |frame: usize| {
-        let axis = |k: usize| points.iter().map(|track| track.rows[frame].place[k]).sum::<f64>();
-        let place = [axis(0), axis(1)].map(|sum| sum / points.len() as f64);
-        Row { place, ..points[0].rows[frame] }
+    let mean = |row: &Row| {
+        let place = |track: &&RawTrack, k: usize| track.at(row.time).map_or(f64::NAN, |row| row.place[k]);
+        let axis = |k: usize| points.iter().map(|track| place(track, k)).sum::<f64>();
+        Row { place: [axis(0), axis(1)].map(|sum| sum / points.len() as f64), ..*row }
     };
     let names: Vec<_> = points.iter().map(|track| track.name.as_str()).collect();
-    let rows = (0..points[0].rows.len()).map(mean).collect();
+    let rows = points[0].rows.iter().map(mean).collect();
     RawTrack { name: names.join(" + "), rows, ..RawTrack::default() }
 }
 
@@ -137,12 +124,7 @@ fn centre(tracks: &mut Vec<RawTrack>, ball: usize) -> RawTrack {
 /// grid), and notes if one is coarse, in pixels if the scale is not known. The step is determined
 /// in the file's unit, since a calibration by points bends the grid. A ball that is nearly at rest
 /// has the other ball's step.
-fn resolution(
-    centres: &[RawTrack; 2],
-    settings: &TrackSettings,
-    calibration: &Calibration,
-    log: Log,
-) -> [f64; 2] {
+fn resolution(centres: &[RawTrack; 2], calibration: &Calibration, job: Job) -> [f64; 2] {
     /// Step of the coordinates, m and px, above which it is noted: good tracking errs by as much.
     const COARSE_STEP: f64 = 1.5e-4;
     const COARSE_PX: f64 = 0.1;
@@ -154,15 +136,15 @@ fn resolution(
     };
     let steps = centres.each_ref().map(|track| step(track).unwrap_or(0.0));
     let coarsest = steps[0].max(steps[1]);
-    let (limit, rounded, unit) = match settings.unit() {
-        Some(Unit::Px) if settings.from_balls => (COARSE_PX, coarsest, "px"),
+    let (limit, rounded, unit) = match job.settings.scale.length_unit {
+        Some(Unit::Px) if job.settings.from_balls => (COARSE_PX, coarsest, "px"),
         _ => (COARSE_STEP, 1e3 * coarsest, "mm"),
     };
     if coarsest > limit {
         let least = rounded / 12.0_f64.sqrt();
         let message =
             format!("positions are rounded to {rounded:.2} {unit}: each errs by {least:.2} {unit} at least");
-        log.add(Subject::Format, None, message);
+        job.note(Subject::Format, None, message);
     }
     steps
 }
@@ -216,7 +198,8 @@ fn samples(track: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
 fn turned(angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Vec<Sample> {
     /// Distance of the point from the centre, m; arbitrary.
     const ARM: f64 = 0.02;
-    let point = |(row, centre): (&Row, &Row)| {
+    let point = |[i, j]: [usize; 2]| {
+        let (row, centre) = (&angles.rows[i], &centre.rows[j]);
         let (sin, cos) = row.place[0].sin_cos();
         let middle = centre.place;
         let [x, y] = calibration.metres(middle);
@@ -225,6 +208,5 @@ fn turned(angles: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Ve
         let place = [x + ARM * (along - x) / length, y + ARM * (up - y) / length];
         Sample::new(row.time + calibration.delay(middle[1]), place)
     };
-    let both = angles.rows.iter().zip(&centre.rows);
-    both.filter(|(row, centre)| !row.is_gap() && !centre.is_gap()).map(point).collect()
+    angles.frames_with(centre).into_iter().map(point).collect()
 }

@@ -2,14 +2,14 @@
 
 use super::clock::seconds;
 use super::heading::{Heading, Rows};
-use super::input::{Input, Subject};
+use super::input::{Input, Subject, listed};
 use super::layout::{Block, Body, Layout};
-use super::raw::Clock;
+use super::raw::Stated;
 use super::settings::Format;
 use super::units::Unit;
 use super::words::{BALLS, Kind, SHOTS, boxes, find, pairs};
 use crate::io::number::{parse, value};
-use crate::io::rows::near_miss;
+use crate::io::table::near_miss;
 use crate::io::text::{Separator, filled_lines, lines, trimmed};
 
 /// Function that returns the layout of a file that begins with these lines; `None` if the file is
@@ -27,27 +27,26 @@ pub(super) const FORMATS: [(Format, Detect); 4] = [
 const LONG: [&str; 10] = ["shot", "frame", "t", "ball", "x", "y", "z", "point", "x_sd", "y_sd"];
 
 fn long(headings: &[Heading], input: &Input) -> Option<Layout> {
-    let has = |heading: &Heading, name: &str| heading.own.iter().any(|own| own == name);
     let is_long = |heading: &&Heading| {
-        let has_all = ["ball", "x", "y"].into_iter().all(|name| has(heading, name));
-        !heading.is_comment && has_all && (has(heading, "frame") || has(heading, "t"))
+        let has_all = ["ball", "x", "y"].into_iter().all(|name| heading.at(name).is_some());
+        !heading.is_comment && has_all && heading.at("frame").or(heading.at("t")).is_some()
     };
     let heading = headings.iter().find(is_long)?.clone();
     for name in heading.own.iter().filter(|name| !LONG.contains(&name.as_str())) {
-        if let Some(meant) = near_miss(name, &LONG, |name| has(&heading, name)) {
+        if let Some(meant) = near_miss(name, &LONG, |name| heading.at(name).is_some()) {
             let message = format!("is not a known name, but nearly {meant}; write {meant}, or another name");
             input.wrong(heading.line, name.as_str(), message);
             return None;
         }
     }
-    let has_one_sd = has(&heading, "x_sd") != has(&heading, "y_sd");
-    if has_one_sd {
+    if heading.at("x_sd").is_some() != heading.at("y_sd").is_some() {
         input.wrong(heading.line, None, "x_sd and y_sd go together; expected both, or leave both out");
-    }
-    if has_one_sd || !heading.has_once(&LONG, &heading.own, input) {
         return None;
     }
-    let at = |name: &str| heading.own.iter().position(|own| own == name).filter(|_| LONG.contains(&name));
+    if !heading.has_once(&LONG, &heading.own, input) {
+        return None;
+    }
+    let at = |name: &str| heading.at(name).filter(|_| LONG.contains(&name));
     let (shot, time) = (at("shot"), input.frame_or_time(at("frame"), at("t")));
     let block = Block::below(&heading, Body::of_keys("", "", at, None)?);
     let layout = Layout::new(Format::Long, heading, vec![block], time, input);
@@ -57,8 +56,7 @@ fn long(headings: &[Heading], input: &Input) -> Option<Layout> {
 /// Finds exports of Tracker: of one track, or of several beside or below each other.
 fn tracker(headings: &[Heading], input: &Input) -> Option<Layout> {
     let heading = headings.iter().find(|heading| !heading.is_comment && is_tracker(heading))?.clone();
-    let at = |name: &str| heading.own.iter().position(|own| own == name);
-    let time = input.frame_or_time(at("frame"), at("t").or_else(|| at("time")))?;
+    let time = input.frame_or_time(heading.at("frame"), heading.at("t").or(heading.at("time")))?;
     // each track was copied below the last
     let header = lines(input.text).nth(heading.line - 1).map_or("", |(_, line)| line.trim_end());
     let heads = lines(input.text).filter(|(_, line)| line.trim_end() == header);
@@ -91,11 +89,11 @@ fn tracker(headings: &[Heading], input: &Input) -> Option<Layout> {
 
 fn is_tracker(heading: &Heading) -> bool {
     let names = &heading.own;
-    let count = |name: &str| names.iter().filter(|own| *own == name).count();
-    let has_any = |any: &[&str]| any.iter().any(|name| count(name) > 0);
+    let has_any = |any: &[&str]| any.iter().any(|name| heading.at(name).is_some());
     let is_long = [BALLS, SHOTS].into_iter().any(|role| find(names, role).is_some());
     // other programs write both balls beside each other: X, Y, X 2, Y 2
-    let begins_with_x = count("x") > 1 || heading.names.iter().any(|name| name.starts_with('x'));
+    let has_several = names.iter().filter(|name| *name == "x").count() > 1;
+    let begins_with_x = has_several || heading.names.iter().any(|name| name.starts_with('x'));
     let is_single = begins_with_x && !has_any(&["x2", "x 2", "x_2"]);
     let positions = || pairs(names).iter().filter(|(_, kind)| *kind == Kind::Position).count();
     let has_columns = has_any(&["x"]) && has_any(&["y"]) && has_any(&["frame", "t", "time"]);
@@ -141,12 +139,17 @@ fn kinovea(headings: &[Heading], input: &Input) -> Option<Layout> {
         // an object of one point is called by the object's name
         let object = stem.rsplit_once('/').map_or(*stem, |(object, _)| object);
         let points = stems.iter().filter(|other| other.starts_with(&format!("{object}/"))).count();
-        axes(&heading, if points > 1 { stem } else { object }, &format!("{stem}/"), input)
+        let [x, y] = ["X", "Y"].map(|axis| heading.position(&format!("{stem}/{axis}")));
+        if y.is_none() {
+            input.wrong(heading.line, None, format!("a column {stem}/Y is missing; expected both"));
+        }
+        Some(Body::new(if points > 1 { *stem } else { object }, [x?, y?]))
     };
     let block = Block::below(&heading, stems.iter().map(body).collect::<Option<_>>()?);
     let has_unit = heading.has_unit(0);
     let layout = Layout::new(Format::Kinovea, heading, vec![block], Some((0, false)), input);
-    Some(Layout { clock: if has_unit { layout.clock } else { Clock::default() }, unit: None, ..layout })
+    let time = layout.stated.time.filter(|_| has_unit);
+    Some(Layout { stated: Stated { time, unit: None, ..layout.stated }, ..layout })
 }
 
 fn is_kinovea_title(line: &str) -> bool {
@@ -178,18 +181,28 @@ fn sections(input: &Input) -> Layout {
         (is_apart, before) = (false, time.or(before));
     }
     let names = ["T", "X", "Y"].map(str::to_string).to_vec();
-    let heading = Heading::plain(1, 1, Separator::Blanks, names);
+    let heading = Heading::plain(1, 1, None, names);
     let layout = Layout::new(Format::Kinovea, heading, blocks, Some((0, true)), input);
-    Layout { clock: Clock::default(), ..layout }
+    Layout { stated: Stated { time: None, ..layout.stated }, ..layout }
 }
 
-/// Finds exports of Qualisys Track Manager: keys above the rows, three columns for each marker.
+/// Finds exports of Qualisys Track Manager: keys above the rows, three columns for each marker,
+/// perhaps below their names and behind columns of frames and times.
 fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
+    const TAB: Separator = Some('\t');
     let (_, first) = filled_lines(input.text).next()?;
     if !["NO_OF_FRAMES", "FILE_VERSION"].iter().any(|key| first.starts_with(key)) {
         return None;
     }
-    let (header, width) = qualisys_header(input.text);
+    let mut header: Vec<Vec<String>> = Vec::new();
+    let mut rows = lines(input.text).map_while(|(_, text)| trimmed(text, TAB)).peekable();
+    // the first row may begin with a gap
+    let is_row = |header: &[Vec<String>], row: &[String]| {
+        header.iter().any(|above| above[0] == "MARKER_NAMES") && row.len() > 1 && parse(&row[0]).is_ok()
+    };
+    while let Some(row) = rows.next_if(|row| !is_row(&header, row)) {
+        header.push(row);
+    }
     let values = |key: &str| header.iter().find(|row| row[0] == key).map(|row| &row[1..]);
     let number = |key: &str| value(values(key)?.first()?);
     let fps = number("FREQUENCY").filter(|fps| *fps > 0.0);
@@ -199,56 +212,35 @@ fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
         input.wrong(None, None, message);
         return None;
     };
+    let markers: Vec<&String> = markers.iter().filter(|name| !name.is_empty()).collect();
+    let width =
+        rows.peek().map_or(0, |row| row.len() - usize::from(row.last().is_some_and(String::is_empty)));
+    let is_counted = values("Frame").is_some() || width == 3 * markers.len() + 2;
+    let counts = if is_counted { &["Frame", "Time"][..] } else { &[] };
+    let names = markers.iter().flat_map(|name| ["X", "Y", "Z"].map(|axis| format!("{name} {axis}")));
+    let names: Vec<String> = counts.iter().map(ToString::to_string).chain(names).collect();
     let is_of_names =
         |row: &&Vec<String>| row[0] != "MARKER_NAMES" && row.iter().any(|cell| cell.ends_with(" X"));
-    let above = header.len();
-    let markers: Vec<&String> = markers.iter().filter(|name| !name.is_empty()).collect();
-    let names = header.iter().rev().find(is_of_names).cloned().unwrap_or_else(|| {
-        // without a row of names: the columns of the format
-        let counted = if width == 3 * markers.len() + 2 { &["Frame", "Time"][..] } else { &[] };
-        let names = markers.iter().flat_map(|name| ["X", "Y", "Z"].map(|axis| format!("{name} {axis}")));
-        counted.iter().map(ToString::to_string).chain(names).collect()
-    });
-    let heading = Heading::plain(above, above, Separator::Char('\t'), names);
-    let body = |name: &&String| axes(&heading, name, &format!("{name} "), input);
-    let bodies = markers.iter().map(body).collect::<Option<_>>()?;
-    let (frame, time) = (heading.position("Frame"), heading.position("Time"));
-    if let (Some(frame), Some(time)) = (frame, time) {
-        Rows::of(input.text, &heading).check_clock(&heading, [frame, time], fps, input);
+    if header.iter().rev().find(is_of_names).is_some_and(|row| !row.starts_with(&names)) {
+        let message =
+            format!("the columns are not called {}; expected an export of 3D markers", listed(&names));
+        input.wrong(header.len(), None, message);
+        return None;
     }
-    let rows = filled_lines(input.text).filter(|(line, _)| *line > above).count();
+    let heading = Heading::plain(header.len(), header.len(), TAB, names);
+    let bodies =
+        markers.iter().zip((counts.len()..).step_by(3)).map(|(name, x)| Body::new(*name, [x, x + 1]));
+    if is_counted {
+        Rows::of(input.text, &heading).check_clock(&heading, [0, 1], fps, input);
+    }
+    let rows = heading.lines_below(input.text).count();
     if let Some(stated) = number("NO_OF_FRAMES").filter(|stated| *stated != rows as f64) {
         let message = format!("says {stated} frames, but there are {rows} rows");
-        input.log.add(Subject::Gaps, None, message);
+        input.job.note(Subject::Gaps, None, message);
     }
-    let block = Block::below(&heading, bodies);
-    let time = frame.map(|frame| (frame, true)).or(time.map(|time| (time, false)));
+    let block = Block::below(&heading, bodies.collect());
+    let time = is_counted.then_some((0, true));
     let layout = Layout::new(Format::Qualisys, heading, vec![block], time, input);
-    let clock = Clock { fps: Some(fps), ..layout.clock };
-    Some(Layout { unit: Some(Unit::Mm), clock, ..layout })
-}
-
-/// Returns the body at the columns whose names are these beginnings with X and Y.
-fn axes(heading: &Heading, name: &str, begin: &str, input: &Input) -> Option<Body> {
-    let [x, y] = ["X", "Y"].map(|axis| heading.position(&format!("{begin}{axis}")));
-    if x.is_none() || y.is_none() {
-        let message = format!("a column {begin}X or {begin}Y is missing; expected both");
-        input.wrong(heading.line, None, message);
-    }
-    Some(Body::new(name, [x?, y?]))
-}
-
-/// Returns the lines above the rows, and the width of the first row.
-fn qualisys_header(text: &str) -> (Vec<Vec<String>>, usize) {
-    let mut header: Vec<Vec<String>> = Vec::new();
-    for row in lines(text).map_while(|(_, text)| trimmed(text, Separator::Char('\t'))) {
-        let has_markers = header.iter().any(|above| above[0] == "MARKER_NAMES");
-        // the first row may begin with a gap
-        if has_markers && row.len() > 1 && parse(&row[0]).is_ok() {
-            let is_open = row.last().is_some_and(String::is_empty);
-            return (header, row.len() - usize::from(is_open));
-        }
-        header.push(row);
-    }
-    (header, 0)
+    let stated = Stated { unit: Some(Unit::Mm), fps: Some(fps), ..layout.stated };
+    Some(Layout { stated, ..layout })
 }

@@ -6,9 +6,9 @@ use std::collections::HashMap;
 use super::clock::is_clock;
 use super::input::Input;
 use super::time::{first_apart, resolution};
-use super::units::{Measure, TimeUnit, Unit};
+use super::units::Unit;
 use crate::io::number::{parse, value};
-use crate::io::text::{Separator, filled_lines, trimmed, unmarked};
+use crate::io::text::{SEPARATORS, Separator, filled_lines, trimmed, unmarked};
 
 /// Maximum number of lines of titles above the names of columns, as spreadsheets have.
 pub(super) const TITLES: usize = 10;
@@ -34,7 +34,7 @@ pub(super) struct Heading {
     pub(crate) names: Vec<String>,
     /// `names` without the units.
     pub(crate) bare: Vec<String>,
-    units: Vec<Option<Measure>>,
+    units: Vec<Option<Unit>>,
 }
 
 /// Returns the first lines of a text, comments not counted, each split by every separator.
@@ -47,17 +47,17 @@ pub(super) fn headings(text: &str, count: usize) -> Vec<Heading> {
         if titles > count {
             break;
         }
-        headings.extend(Separator::ALL.into_iter().filter_map(|separator| Heading::of(&lines, i, separator)));
+        headings.extend(SEPARATORS.iter().filter_map(|(separator, _)| Heading::of(&lines, i, *separator)));
     }
     headings
 }
 
 impl Heading {
-    fn of(lines: &[(usize, &str)], i: usize, separator: Separator) -> Option<Self> {
+    fn of(lines: &[(usize, &str)], i: usize, separator: char) -> Option<Self> {
         let (line, content) = lines[i];
         let (titles, below) = (&lines[..i], &lines[i + 1..]);
-        let is_blank = separator == Separator::Char(' ');
-        let separator = if is_blank { blanks(unmarked(content), below.first()) } else { separator };
+        let is_blank = separator == ' ';
+        let separator = if is_blank { blanks(unmarked(content), below.first()) } else { Some(separator) };
         let own = trimmed(unmarked(content), separator)?;
         let is_comment = content.trim_start().starts_with('#');
         let own_names = split_all(&own).0.iter().map(|name| name.to_lowercase()).collect();
@@ -86,6 +86,11 @@ impl Heading {
 
     pub(super) fn small(&self) -> Vec<String> {
         self.bare.iter().map(|name| name.to_lowercase()).collect()
+    }
+
+    /// Returns the column of this name in small letters, in this line alone.
+    pub(super) fn at(&self, name: &str) -> Option<usize> {
+        self.own.iter().position(|own| own == name)
     }
 
     /// Returns the column of this name, with or without its unit.
@@ -117,16 +122,16 @@ impl Heading {
     pub(super) fn unit(
         &self,
         columns: impl IntoIterator<Item = usize>,
-        like: Measure,
-        mut stated: Option<(Measure, String)>,
+        like: Unit,
+        mut stated: Option<(Unit, String)>,
         input: &Input,
-    ) -> Option<Measure> {
+    ) -> Option<Unit> {
         for column in columns {
             let Some(unit) = self.units[column] else { continue };
             let name = self.bare[column].as_str();
             let expected = match &stated {
                 Some((other, place)) if *other != unit => format!("{}, as {place}", other.name()),
-                None if !unit.is_like(like) => format!("a unit like {}", like.name()),
+                None if unit.si() != like.si() => format!("a unit like {}", like.name()),
                 _ => {
                     stated.get_or_insert_with(|| (unit, format!("in the column {name}")));
                     continue;
@@ -138,22 +143,19 @@ impl Heading {
     }
 
     /// Returns the unit of a column of time, seconds by default; complains of a contradiction.
-    pub(super) fn time(&self, column: usize, input: &Input) -> TimeUnit {
-        let stated = input.settings.tracks.time_unit;
-        let stated = stated.map(|unit| (Measure::Time(unit), "[tracks] time_unit states".to_string()));
-        match self.unit([column], Measure::Time(TimeUnit::S), stated, input) {
-            Some(Measure::Time(unit)) => unit,
-            _ => TimeUnit::S,
-        }
+    pub(super) fn time(&self, column: usize, input: &Input) -> Unit {
+        let stated = input.job.settings.tracks.time_unit;
+        let stated = stated.map(|unit| (unit, "[tracks] time_unit states".to_string()));
+        self.unit([column], Unit::S, stated, input).unwrap_or(Unit::S)
     }
 
     /// Returns the units in a further line of the header: a line of units, in brackets or not, or
     /// of other names without a number; `None` for a row.
-    fn further(&self, row: &str) -> Option<Vec<Option<Measure>>> {
+    fn further(&self, row: &str) -> Option<Vec<Option<Unit>>> {
         let cells = trimmed(row, self.separator).filter(|cells| cells.len() <= self.names.len() + 1)?;
         let is_empty = |cell: &str| cell.is_empty() || cell == "-";
         let bare = cells.iter().map(|cell| cell.trim_matches(['[', ']', '(', ')']).trim());
-        let units: Vec<Option<Measure>> = bare.clone().map(Measure::of).collect();
+        let units: Vec<Option<Unit>> = bare.clone().map(Unit::of).collect();
         if bare.zip(&units).all(|(cell, unit)| unit.is_some() || is_empty(cell)) {
             return units.iter().any(Option::is_some).then_some(units);
         }
@@ -165,42 +167,41 @@ impl Heading {
 
 /// Returns the separator of names: single blanks if the row below has as many cells.
 fn blanks(names: &str, below: Option<&(usize, &str)>) -> Separator {
-    const SINGLE: Separator = Separator::Char(' ');
+    const SINGLE: Separator = Some(' ');
     let count = |line: &str| trimmed(line.trim_end(), SINGLE).map_or(0, |cells| cells.len());
     let fits = below.is_none_or(|(_, row)| count(row) == count(names));
-    if fits && !names.starts_with(' ') && !names.contains("  ") { SINGLE } else { Separator::Blanks }
+    if fits && !names.starts_with(' ') && !names.contains("  ") { SINGLE } else { None }
 }
 
 /// Splits `x_mm` into `x` and mm; `None` if the last word is not a unit or does not suit the name.
-fn suffix(name: &str) -> Option<(&str, Measure)> {
+fn suffix(name: &str) -> Option<(&str, Unit)> {
     let (bare, word) = name.rsplit_once('_')?;
-    let unit = Measure::of(word).filter(|_| !word.is_empty() && !bare.is_empty())?;
+    let unit = Unit::of(word).filter(|_| !word.is_empty() && !bare.is_empty())?;
     let small = bare.to_lowercase();
     let begins = |words: &[&str]| words.iter().any(|word| small.starts_with(word));
-    let fits = match unit {
-        Measure::Length(Unit::In) => false,
-        Measure::Length(_) => small.contains(['x', 'y']),
-        Measure::Time(_) => begins(&["t", "zeit"]),
-        Measure::Angle(_) => begins(&["ang", "theta", "rot", "phi"]),
+    let fits = match unit.si() {
+        Unit::M => unit != Unit::In && small.contains(['x', 'y']),
+        Unit::S => begins(&["t", "zeit"]),
+        _ => begins(&["ang", "theta", "rot", "phi"]),
     };
     fits.then_some((bare, unit))
 }
 
 /// Splits a name from its unit and from the additions of programs: `x [mm]`, `Time (s) Run #1`,
 /// `Data Set 1:Time(s)`, `t_ms`.
-fn split(name: &str) -> (&str, Option<Measure>) {
+fn split(name: &str) -> (&str, Option<Unit>) {
     let run = name.trim_end_matches(|c: char| c.is_ascii_digit()).strip_suffix("Run #");
     let plain = run.map_or(name, str::trim_end);
     let last = plain.rsplit_once(':').map(|(_, last)| last.trim_start());
     let plain = last.filter(|last| !last.is_empty()).unwrap_or(plain);
     let (open, close) = if plain.ends_with(']') { ('[', ']') } else { ('(', ')') };
     let parts = plain.strip_suffix(close).and_then(|rest| rest.rsplit_once(open));
-    let bracketed = parts.and_then(|(bare, word)| Some((bare.trim_end(), Measure::of(word)?)));
+    let bracketed = parts.and_then(|(bare, word)| Some((bare.trim_end(), Unit::of(word)?)));
     bracketed.or_else(|| suffix(plain)).map_or((plain, None), |(bare, unit)| (bare, Some(unit)))
 }
 
 /// Splits names from their units; those that would then be equal are kept whole, x_px beside x_m.
-fn split_all(names: &[String]) -> (Vec<String>, Vec<Option<Measure>>) {
+fn split_all(names: &[String]) -> (Vec<String>, Vec<Option<Unit>>) {
     let bare: Vec<String> = names.iter().map(|name| split(name).0.to_string()).collect();
     let (are_equal, were_equal) = (repeated(&bare), repeated(names));
     let own = names.iter().enumerate().map(|(i, name)| {

@@ -1,33 +1,35 @@
 //! A file that is read, and the lists of problems and notes.
 
 use std::cell::RefCell;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::Path;
 
 use indexmap::IndexMap;
 
 use super::settings::TrackSettings;
 use crate::io::error::{Problems, harmless};
 
-/// Settings of dataset.toml for tracks, and the lists of problems and notes.
+/// A file that is read, or a shot of it, with the settings and the list of notes.
 #[derive(Clone, Copy)]
-pub(super) struct Context<'a> {
+pub(super) struct Job<'a> {
+    pub(crate) file: &'a Path,
     pub(crate) settings: &'a TrackSettings,
-    pub(crate) problems: &'a Problems,
     pub(crate) notes: &'a Notes,
 }
 
-/// A file for a reader, with the settings and the lists of problems and notes.
+impl Job<'_> {
+    pub(super) fn note(self, subject: Subject, line: impl Into<Option<usize>>, message: impl AsRef<str>) {
+        self.notes.add(self.file, subject, line, message);
+    }
+}
+
+/// The text of a file for a reader.
 #[derive(Clone, Copy)]
 pub(super) struct Input<'a> {
-    pub(crate) file: &'a Arc<PathBuf>,
+    pub(crate) job: Job<'a>,
     pub(crate) text: &'a str,
     /// Name of the file without its ending: the default name of its shot.
     pub(crate) stem: &'a str,
-    pub(crate) settings: &'a TrackSettings,
     pub(crate) problems: &'a Problems,
-    /// Notes about the file.
-    pub(crate) log: Log<'a>,
 }
 
 impl Input<'_> {
@@ -37,20 +39,20 @@ impl Input<'_> {
         column: impl Into<Option<&'c str>>,
         message: impl Into<String>,
     ) {
-        self.problems.add(self.file, line, column, message);
+        self.problems.add(self.job.file, line, column, message);
     }
 
     /// Notes a position of which one coordinate is missing: it is a gap.
     pub(super) fn note_half(&self, place: [f64; 2], line: usize) {
         if place[0].is_nan() != place[1].is_nan() {
-            self.log.add(Subject::Gaps, line, "half a position; taken as a gap");
+            self.job.note(Subject::Gaps, line, "half a position; taken as a gap");
         }
     }
 
     /// Returns the column to be read, and whether it holds numbers of frames: these are preferred
     /// if the frame rate is stated, since they cannot follow a wrong one.
     pub(super) fn frame_or_time<T>(&self, frame: Option<T>, time: Option<T>) -> Option<(T, bool)> {
-        let frame = frame.filter(|_| time.is_none() || self.settings.fps().is_some());
+        let frame = frame.filter(|_| time.is_none() || self.job.settings.fps().is_some());
         frame.map(|frame| (frame, true)).or(time.map(|time| (time, false)))
     }
 }
@@ -90,24 +92,17 @@ pub(super) enum Subject {
 #[derive(Debug, Default)]
 pub(super) struct Notes(RefCell<IndexMap<(Subject, String), (String, usize)>>);
 
-/// Notes about one file.
-#[derive(Clone, Copy)]
-pub(super) struct Log<'a> {
-    file: &'a Path,
-    notes: &'a Notes,
-}
-
-impl Log<'_> {
-    pub(super) fn add(self, subject: Subject, line: impl Into<Option<usize>>, message: impl AsRef<str>) {
+impl Notes {
+    pub(super) fn add(
+        &self,
+        file: &Path,
+        subject: Subject,
+        line: impl Into<Option<usize>>,
+        message: impl AsRef<str>,
+    ) {
         let line = line.into().map_or(String::new(), |line| format!(":{line}"));
         let message = harmless(message.as_ref()).into_owned();
-        self.notes.put((subject, message), format!("{}{line}", self.file.display()), 1);
-    }
-}
-
-impl Notes {
-    pub(super) fn of<'a>(&'a self, file: &'a Path) -> Log<'a> {
-        Log { file, notes: self }
+        self.put((subject, message), format!("{}{line}", file.display()), 1);
     }
 
     fn put(&self, note: (Subject, String), first: String, count: usize) {

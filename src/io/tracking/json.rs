@@ -1,13 +1,12 @@
 //! JSON as tools in the browser save it: an array of shots, each with balls, each with samples.
 
-use std::sync::Arc;
-
 use indexmap::IndexMap;
 use serde_json::value::RawValue;
 
 use super::input::{Input, Subject};
-use super::raw::{Clock, RawShot, RawTrack, Row};
-use super::units::{TimeUnit, Unit};
+use super::raw::{RawShot, RawTrack, Row, Stated};
+use super::settings::Format;
+use super::units::Unit;
 use crate::io::number::{parse, shortened, value};
 use crate::measurement::number::count_of;
 
@@ -58,7 +57,7 @@ pub(super) fn read(input: &Input) -> Option<Vec<RawShot>> {
     let line_ends = input.text.match_indices('\n').map(|(at, _)| at).collect();
     let shots = File { input, line_ends }.read()?;
     let message = format!("read as JSON, {}", count_of(shots.len(), "shot"));
-    input.log.add(Subject::Format, None, message);
+    input.job.note(Subject::Format, None, message);
     Some(shots)
 }
 
@@ -93,22 +92,24 @@ impl File<'_> {
         if shots.is_empty() {
             return self.refuse(whole, "holds no shots");
         }
-        let (word, mut unit) = (get_cell(&root, &["length_unit", "unit"]), None);
-        if let Some(word) = word {
-            let why = format!("\"{}\" is not a unit of length: m, cm, mm, in, ft or px", shortened(&word));
-            unit = Some(Unit::of(&word).or_else(|| self.refuse(whole, why))?);
+        let word = get_cell(&root, &["length_unit", "unit"]);
+        let unit = word.as_ref().and_then(|word| Unit::M.alike().find(|unit| Unit::of(word) == Some(*unit)));
+        if let (Some(word), None) = (word, unit) {
+            let word = shortened(&word);
+            return self
+                .refuse(whole, format!("\"{word}\" is not a unit of length: m, cm, mm, in, ft or px"));
         }
         let mut read = Vec::new();
         for (number, raw) in (1..).zip(&shots) {
             let number = if shots.len() == 1 { String::new() } else { format!("-{number}") };
-            let shot = self.shot(raw, &root, format!("{}{number}", self.input.stem))?;
-            read.extend(Some(RawShot { unit, ..shot }).filter(|shot| !shot.times.is_empty()));
+            let shot = self.shot(raw, &root, format!("{}{number}", self.input.stem), unit)?;
+            read.extend(Some(shot).filter(|shot| shot.tracks.iter().any(|track| !track.rows.is_empty())));
         }
         Some(read)
     }
 
     /// Reads a shot, which is called `unnamed` unless it has a name; `root` may state its frame rate.
-    fn shot(&self, raw: &RawValue, root: &Object, unnamed: String) -> Option<RawShot> {
+    fn shot(&self, raw: &RawValue, root: &Object, unnamed: String, unit: Option<Unit>) -> Option<RawShot> {
         let shot = object(raw);
         let name = get_cell(&shot, &NAME).unwrap_or(unnamed);
         let lacks = |what, name: &str, key| format!("the {what} \"{}\" has no \"{key}\"", shortened(name));
@@ -118,7 +119,7 @@ impl File<'_> {
             .into_iter()
             .enumerate()
             .map(|(i, ball)| (get_cell(&object(ball), &NAME).unwrap_or_else(|| (i + 1).to_string()), ball));
-        let (mut clock, mut tracks) = (None, Vec::new());
+        let (mut time, mut tracks) = (None, Vec::new());
         for (body, (name, ball)) in in_list.chain(object(balls)).enumerate() {
             let samples = get(&object(ball), &SAMPLES).unwrap_or(ball);
             if !samples.get().starts_with('[') {
@@ -126,29 +127,28 @@ impl File<'_> {
             }
             let mut rows = Vec::new();
             for sample in list(samples) {
-                let (unit, row) = self.row(sample)?;
-                if *clock.get_or_insert(unit) != unit {
+                let (own, row) = self.row(sample)?;
+                if *time.get_or_insert(own) != own {
                     return self.refuse(sample, "has another kind of time than the samples above");
                 }
                 rows.push(row);
             }
             tracks.push(RawTrack { name, body, rows, ..RawTrack::default() });
         }
-        let mut clock = Clock { unit: clock.flatten(), ..Clock::default() };
+        let mut stated = Stated { format: Format::Json, unit, time: time.flatten(), ..Stated::default() };
         if let Some(fps) = get_cell(&shot, &FPS).or_else(|| get_cell(root, &FPS)) {
             let known = value(&fps).filter(|fps| *fps > 0.0);
             let known = known.or_else(|| self.refuse(raw, format!("fps is {fps}, not frames per second")))?;
-            clock.fps = Some(known).filter(|_| clock.unit == Some(TimeUnit::Frames));
+            stated.fps = Some(known).filter(|_| stated.time == Some(Unit::Frames));
         }
         let line = tracks.iter().map(RawTrack::line).min().unwrap_or_default();
-        let file = Arc::clone(self.input.file);
-        let mut shot = RawShot { name, file, line, clock, unit: None, times: Vec::new(), tracks };
-        shot.regrid();
-        Some(shot)
+        let file = self.input.job.file.to_path_buf();
+        tracks.iter_mut().for_each(RawTrack::sort);
+        Some(RawShot { name, file, line, stated, tracks })
     }
 
     /// Reads `{t, x, y}`, or `{frame, x, y}`, or `[t, x, y]`, whose unit of time is not stated.
-    fn row(&self, raw: &RawValue) -> Option<(Option<TimeUnit>, Row)> {
+    fn row(&self, raw: &RawValue) -> Option<(Option<Unit>, Row)> {
         let (sample, line) = (object(raw), self.line(raw));
         let (unit, [time, x, y]) = if let [time, x, y] = list(raw)[..] {
             (None, [Some(time), Some(x), Some(y)])
@@ -156,7 +156,7 @@ impl File<'_> {
             let [frame, x, y] = ["frame", "x", "y"].map(|key| get(&sample, &[key]));
             let time = self.input.frame_or_time(frame, get(&sample, &["t", "time"]));
             let (time, is_frame) = time.or_else(|| self.refuse(raw, "a sample without t or frame"))?;
-            (Some(if is_frame { TimeUnit::Frames } else { TimeUnit::S }), [Some(time), x, y])
+            (Some(if is_frame { Unit::Frames } else { Unit::S }), [Some(time), x, y])
         };
         let number = |key: &str, at: Option<&RawValue>| match parse(&at.map_or(String::new(), cell)) {
             Ok(number) => Some(number.unwrap_or(f64::NAN)),

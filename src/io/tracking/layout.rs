@@ -3,21 +3,18 @@
 
 use super::heading::Heading;
 use super::input::{Input, Subject, listed, quoted};
-use super::raw::Clock;
+use super::raw::Stated;
 use super::settings::Format;
-use super::units::{AngleUnit, Measure, TimeUnit, Unit};
+use super::units::Unit;
+use crate::io::text::name_of;
 
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
-    pub(crate) format: Format,
     pub(crate) heading: Heading,
     pub(crate) shot: Option<usize>,
     /// The column of times; `None`: the rows of a shot are counted.
     pub(crate) time: Option<usize>,
-    /// The meaning of the times, unless these are written h:mm:ss.
-    pub(crate) clock: Clock,
-    /// The unit of lengths, if the file or its format states it.
-    pub(crate) unit: Option<Unit>,
+    pub(crate) stated: Stated,
     pub(crate) blocks: Vec<Block>,
 }
 
@@ -60,7 +57,7 @@ pub(super) enum Part {
     Centre,
     Marker,
     /// The angle of a disc, in the column x.
-    Angle(AngleUnit),
+    Angle(Unit),
 }
 
 impl Body {
@@ -75,7 +72,7 @@ impl Body {
         name: &str,
         begin: &str,
         at: impl Fn(&str) -> Option<usize>,
-        angle: Option<(usize, AngleUnit)>,
+        angle: Option<(usize, Unit)>,
     ) -> Option<Vec<Self>> {
         let of = |key: &str| at(&format!("{begin}{key}"));
         let pair = |one: &str, other: &str| Some([of(one)?, of(other)?]);
@@ -119,14 +116,13 @@ impl Layout {
         let bodies = blocks.iter_mut().flat_map(|block| &mut block.bodies);
         bodies.enumerate().for_each(|(index, body)| body.index = index);
         let lengths = blocks.iter().flat_map(|block| &block.bodies).flat_map(Body::lengths);
-        let unit = heading.unit(lengths, Measure::Length(Unit::M), None, input);
-        let unit = if let Some(Measure::Length(unit)) = unit { Some(unit) } else { None };
-        let clock = Clock::of(match time {
+        let unit = heading.unit(lengths, Unit::M, None, input);
+        let unit_of_time = match time {
             Some((time, false)) => heading.time(time, input),
-            _ => TimeUnit::Frames,
-        });
-        let time = time.map(|(column, _)| column);
-        Self { format, heading, shot: None, time, clock, unit, blocks }
+            _ => Unit::Frames,
+        };
+        let stated = Stated { format, unit, time: Some(unit_of_time), ..Stated::default() };
+        Self { heading, shot: None, time: time.map(|(column, _)| column), stated, blocks }
     }
 
     /// Returns the block of the row in a line.
@@ -145,14 +141,14 @@ impl Layout {
 
     /// Returns whether no column and no names of columns separate the balls.
     pub(super) fn is_of_paths(&self) -> bool {
-        self.format == Format::Columns
+        self.stated.format == Format::Columns
             && self.bodies().all(|body| body.ball.is_none() && body.name.is_empty())
     }
 
     /// Notes how a file is read, and which of its columns are not.
     pub(super) fn note(&self, input: &Input) {
         let Heading { names, separator, above, .. } = &self.heading;
-        let (format, separator, first) = (self.format.shown(), separator.name(), above + 1);
+        let (format, separator, first) = (self.stated.format.shown(), name_of(*separator), above + 1);
         let mut message = format!("read as {format}, {separator} between cells, rows from line {first} on");
         let named = self.bodies().filter(|body| body.part == Part::Centre && !body.name.is_empty());
         let tracks = quoted(named.map(|body| &body.name));
@@ -169,9 +165,9 @@ impl Layout {
         if !passed.is_empty() {
             message += &format!("; columns passed over: {}", listed(&passed));
         }
-        if self.format == Format::Kinovea {
+        if self.stated.format == Format::Kinovea {
             message += "; coordinates of its kinematics window are filtered, which smears an impact: export the trajectories";
         }
-        input.log.add(Subject::Format, None, message);
+        input.job.note(Subject::Format, None, message);
     }
 }

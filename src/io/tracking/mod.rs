@@ -9,7 +9,6 @@ pub(crate) mod camera;
 mod clock;
 mod column_names;
 mod columns;
-mod discs;
 mod finish;
 mod formats;
 mod heading;
@@ -30,46 +29,38 @@ mod units;
 mod words;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use input::{Context, Notes, Subject, listed};
-use raw::RawShot;
+use input::{Job, Notes, Subject, listed};
+use raw::{RawShot, Stated};
 use rayon::prelude::*;
-use read::Tracked;
 use repair::Wrong;
 use settings::{Format, TrackSettings};
 use shots_table::{Facts, ShotsTable};
 use units::Unit;
 
 use super::check_unique;
+use super::error::Problems;
 use super::manifest::{Manifest, StatedSpin};
 use super::toml_file::Source;
 use crate::measurement::dataset::Tracks;
-use crate::measurement::track::TrackShot;
 
-pub(super) use column_names::Column;
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
-pub(crate) use survey::{Survey, survey};
+pub(crate) use survey::Survey;
 
 /// Least number of shots that a core gets at a time.
 const MIN_SHOTS_PER_CORE: usize = 64;
-
-/// Returns the metres of a unit of dataset.toml; `None` for pixels.
-pub(super) fn metres(unit: &str) -> Option<f64> {
-    Unit::of(unit)?.metres().map(|(times, over)| times / over)
-}
 
 /// Loads every file of the manifest; adds to the problems.
 pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Source) -> Tracks {
     let (path, problems) = (source.path, source.problems);
     let table = ShotsTable::read(settings, manifest.assume, problems);
-    if let Some(by) = manifest.dataset.by.as_ref().filter(|by| !table.labels.contains(by)) {
+    if let Some(by) = manifest.dataset.by.as_ref().filter(|by| !table.others.labels.contains_key(*by)) {
         let message =
             format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
         source.wrong("fit.by", message);
     }
     let notes = Notes::default();
-    let context = Context { settings, problems, notes: &notes };
     let canonical = |path: &PathBuf| fs::canonicalize(path).ok();
     let of_shots = settings.shots.as_ref().and_then(canonical);
     let is_shots = |file: &&PathBuf| of_shots.is_some() && canonical(file) == of_shots;
@@ -77,17 +68,20 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     let (mut shots, mut is_motion_capture) = (Vec::new(), true);
     for file in &files {
         let before = problems.len();
-        let Some(tracked) = read::file(file, context, files.len() == 1) else { continue };
-        is_motion_capture &= tracked.format == Format::Qualisys;
-        check_unit(&tracked, file, context);
+        let job = Job { file, settings, notes: &notes };
+        let Some(read) = read::file(job, problems, files.len() == 1) else { continue };
+        if let Some(first) = read.first() {
+            is_motion_capture &= first.stated.format == Format::Qualisys;
+            check_unit(first.stated, job, problems);
+        }
         // consequences of unreadable rows are not reported
         if problems.len() > before {
             continue;
         }
-        if tracked.shots.iter().all(|shot| shot.times.is_empty()) {
+        if read.iter().flat_map(|shot| &shot.tracks).all(|track| track.rows.is_empty()) {
             problems.add(file, None, None, "has no rows below its header; expected positions");
         }
-        shots.extend(tracked.shots);
+        shots.extend(read);
     }
     let are_whole = problems.is_empty();
     names::pair(&mut shots, settings, &notes);
@@ -104,25 +98,21 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     if are_whole {
         table.check_names(&names.map(|(name, ..)| name).collect());
     }
-    let mut left_out = Vec::new();
+    let mut tracks = Tracks::default();
     shots.retain(|shot| {
         let skip = &table.facts(&shot.name).skip;
-        left_out.extend(skip.iter().map(|reason| (shot.name.clone(), format!("skipped: {reason}"))));
+        tracks.left_out.extend(skip.iter().map(|reason| (shot.name.clone(), format!("skipped: {reason}"))));
         skip.is_none()
     });
     let names = shots.iter().map(|shot| shot.name.as_str());
     check_spins(names.filter(|name| table.facts(name).stated == StatedSpin::Unstated), UNSTATED, source);
-    let (shots, damaged) = finish_all(shots, &table, context);
-    left_out.extend(damaged);
-    let unmeasured = shots.iter().filter(|shot| manifest.discs.is_none() && shot.markers.is_empty());
+    finish_all(shots, &table, &notes, &mut tracks);
+    let unmeasured = tracks.shots.iter().filter(|shot| manifest.discs.is_none() && shot.markers.is_empty());
     let names = unmeasured.map(|shot| shot.name.as_str());
     check_spins(names.filter(|name| table.facts(name).stated == StatedSpin::Measured), UNMEASURED, source);
-    let mut lines = settings.notes.clone();
-    lines.append(&mut notes.into_lines());
-    lines.extend(table.note.clone());
     Tracks {
-        left_out,
-        notes: lines,
+        left_out: tracks.left_out,
+        notes: settings.notes.iter().cloned().chain(notes.into_lines()).chain(table.note).collect(),
         discs: manifest.discs,
         camera: settings.camera.values(is_motion_capture),
         rate_sd: settings.rate_sd(),
@@ -130,21 +120,19 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
         topspin_sd: settings.topspin_sd,
         from_balls: settings.from_balls,
         scale_sd: (!settings.from_balls).then(|| settings.scale.sd.unwrap_or(Tracks::SCALE_SD)),
-        ..Tracks::new(shots)
+        ..Tracks::new(tracks.shots)
     }
 }
 
 /// Notes the unit of lengths that a file states, or that it does not state one; complains if it
 /// contradicts dataset.toml.
-fn check_unit(tracked: &Tracked, file: &Path, context: Context) {
-    let log = context.notes.of(file);
-    let unit = tracked.shots.first().and_then(|shot| shot.unit);
-    let message = match (context.settings.unit(), unit.map(|unit| (unit, unit.name()))) {
+fn check_unit(stated: Stated, job: Job, problems: &Problems) {
+    let message = match (job.settings.scale.length_unit, stated.unit.map(|unit| (unit, unit.name()))) {
         (None, Some((Unit::Px, _))) => {
             "its positions are in pixels; expected [scale] length_unit = \"px\"".to_string()
         }
         (None, Some((_, unit))) => {
-            return log.add(Subject::Format, None, format!("lengths are in {unit}, as the file says"));
+            return job.note(Subject::Format, None, format!("lengths are in {unit}, as the file says"));
         }
         (Some(given), Some((unit, name))) if given != unit => {
             let given = given.name();
@@ -152,13 +140,13 @@ fn check_unit(tracked: &Tracked, file: &Path, context: Context) {
                 "its positions are in {name}, but [scale] length_unit is \"{given}\"; expected [scale] length_unit = \"{name}\" or none"
             )
         }
-        (None, None) if tracked.format != Format::Long => {
+        (None, None) if stated.format != Format::Long => {
             let message = "lengths are taken as metres ([scale] length_unit is not given)";
-            return log.add(Subject::Format, None, message);
+            return job.note(Subject::Format, None, message);
         }
         _ => return,
     };
-    context.problems.add(file, None, None, message);
+    problems.add(job.file, None, None, message);
 }
 
 const UNSTATED: [&str; 2] = [
@@ -181,35 +169,30 @@ fn check_spins<'a>(shots: impl Iterator<Item = &'a str>, why: [&str; 2], source:
     }
 }
 
-/// Finishes shots on all cores, in order. Damaged shots are left out, with name and reason. A fault
-/// of the file or of dataset.toml is a problem of the data set, as is that no shot remains.
-fn finish_all(
-    shots: Vec<RawShot>,
-    table: &ShotsTable,
-    context: Context,
-) -> (Vec<TrackShot>, Vec<(String, String)>) {
-    let Context { settings, problems, notes } = context;
+/// Adds the finished shots, on all cores, in order. Damaged ones are left out, with name and reason.
+/// A fault of the file or of dataset.toml is a problem of the data set, as is that no shot remains.
+fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, notes: &Notes, tracks: &mut Tracks) {
+    let settings = table.settings;
     let work: Vec<_> = shots.into_iter().map(|raw| (table.facts(&raw.name).clone(), raw)).collect();
     let finish = |(facts, raw): (Facts, RawShot)| {
         let (name, file, notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
-        let shot = finish::shot(raw, facts, settings, notes.of(&file));
+        let shot = finish::shot(raw, facts, Job { file: &file, settings, notes: &notes });
         (name, file, shot, notes)
     };
     let done: Vec<_> = work.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).map(finish).collect();
-    let (mut shots, mut faults, mut left_out) = (Vec::with_capacity(done.len()), Vec::new(), Vec::new());
+    let mut faults = Vec::new();
     for (name, file, shot, own_notes) in done {
         notes.append(own_notes);
         match shot {
-            Ok(shot) => shots.push(shot),
+            Ok(shot) => tracks.shots.push(shot),
             Err(wrong) => faults.extend(wrong.into_iter().map(|wrong| (name.clone(), file.clone(), wrong))),
         }
     }
     for (name, file, Wrong { line, message, is_damage }) in faults {
-        if is_damage && !shots.is_empty() {
-            left_out.push((name, format!("{}:{line}: {message}", file.display())));
+        if is_damage && !tracks.shots.is_empty() {
+            tracks.left_out.push((name, format!("{}:{line}: {message}", file.display())));
         } else {
-            problems.add(&file, line, None, message);
+            table.problems.add(&file, line, None, message);
         }
     }
-    (shots, left_out)
 }

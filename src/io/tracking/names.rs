@@ -1,20 +1,32 @@
-//! Which track is which ball: by the names of tracks, and by those of files with one ball each.
+//! Which track is which ball: by the names of tracks, by those of files with one ball each, and of
+//! points on discs by the distances that they keep.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use super::input::{Log, Notes, Subject, listed, stem};
-use super::raw::{RawShot, RawTrack, Role};
+use super::input::{Job, Notes, Subject, listed, quoted, stem};
+use super::raw::{RawShot, RawTrack, Role, Row, sorted, span};
 use super::repair::Wrong;
 use super::settings::{NAMED, Names, TrackSettings};
+use super::shots_table::Facts;
 use crate::io::number::shortened;
+use crate::numerics::median;
+
+/// Largest relative change of the distance of two points on one body. Points of one puck change
+/// theirs by up to 0.035 (calibration, and tape that is seen from another side; 0.16 while a hand
+/// holds the puck), points of two by 0.8 and more (30 films of two pucks, Chalmers 2023).
+const MAX_CHANGE: f64 = 0.25;
+/// Number of frames of a median distance, so that a frame with two mistaken markers does not count.
+const MEDIAN_FRAMES: usize = 5;
+/// Largest relative difference of the centre's distances to markers, which are placed by hand.
+const MAX_INEQUALITY: f64 = 0.1;
 
 /// Marks the tracks of both balls, by names in the order of [`NAMED`], and those of the points on
 /// them.
 ///
 /// # Errors
 /// The first name under each key that is not that of one track.
-pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], log: Log) -> Result<(), Vec<Wrong>> {
+pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], job: Job) -> Result<(), Vec<Wrong>> {
     let RawShot { tracks, line, .. } = raw;
     let mut there: Vec<String> = tracks.iter().map(|track| shortened(&track.name)).collect();
     there.dedup();
@@ -45,7 +57,7 @@ pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], log: Log) -> Result<
             let own = tracks[i].name.clone();
             if own != *name {
                 let message = format!("the track \"{own}\" is [tracks] {key} = \"{name}\"");
-                log.add(Subject::Names, tracks[i].line(), message);
+                job.note(Subject::Names, tracks[i].line(), message);
             }
             tracks[i].role = Some(Role { ball, is_marker, order });
             for point in tracks.iter_mut().filter(|other| !other.is_centre() && other.name == own) {
@@ -126,13 +138,12 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
                 .collect()
         };
         let ([(i, _)], [(j, object)]) = (&of_key(0)[..], &of_key(1)[..]) else { continue };
-        if raw[*i].clock != raw[*j].clock {
+        if raw[*i].stated != raw[*j].stated {
             continue;
         }
         let (tracks, file) = (std::mem::take(&mut raw[*j].tracks), raw[*j].file.clone());
         let shot = &mut raw[*i];
         shot.tracks.extend(tracks);
-        shot.regrid();
         for (track, name) in shot.tracks.iter_mut().zip(names) {
             track.name = name.to_string();
         }
@@ -142,7 +153,7 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
         }
         let message =
             format!("is cue ball of the shot \"{}\", whose object ball is {}", shot.name, file.display());
-        notes.of(&shot.file).add(Subject::Names, None, message);
+        notes.add(&shot.file, Subject::Names, None, message);
     }
     raw.retain(|shot| !shot.tracks.is_empty());
 }
@@ -187,7 +198,126 @@ pub(super) fn name_by_folder(raw: &mut [RawShot], notes: &Notes) {
     for shot in raw.iter_mut().filter(|shot| counts[&shot.name] > 1) {
         let Some(folder) = shot.file.parent().and_then(Path::file_name) else { continue };
         let message = "files in several folders have equal names: their shots are named with the folder";
-        notes.of(&shot.file).add(Subject::Names, None, message);
+        notes.add(&shot.file, Subject::Names, None, message);
         shot.name = format!("{}/{}", folder.display(), shot.name);
     }
+}
+
+/// The place of a point in each frame, NaN in a gap.
+type Places = Vec<[f64; 2]>;
+
+/// Determines the names of both discs, the first to move first, unless tracks are named cue or
+/// object or name their points: each is one track, or three or more that keep their distances. The
+/// result replaces the names of the facts.
+///
+/// # Errors
+/// There are not two discs.
+pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(), Wrong> {
+    let is_named = |name: &str| !matches!(find(&raw.tracks, name), Ok(None));
+    if ["cue", "object"].into_iter().any(is_named)
+        || raw.tracks.len() < 2
+        || !raw.tracks.iter().all(RawTrack::is_centre)
+    {
+        return Ok(());
+    }
+    let calibration = job.settings.calibration(raw.stated.unit);
+    let points = places(raw, |row| calibration.metres(row.place));
+    let groups = if points.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
+    let names_of =
+        |group: &Vec<usize>| -> Vec<String> { group.iter().map(|i| raw.tracks[*i].name.clone()).collect() };
+    let mut groups: [Vec<usize>; 2] = groups.try_into().map_err(|groups: Vec<Vec<usize>>| {
+        let found: Vec<String> = groups.iter().map(|group| quoted(names_of(group))).collect();
+        let found = if found.is_empty() { "none".to_string() } else { found.join(" and ") };
+        let message = format!(
+            "its {} tracks are not two discs: groups of three or more points that keep their distances are {found}. Expected \
+             two such groups, or [tracks] cue and object (for this shot alone, in the table that [tracks] shots names), or the \
+             shot skipped",
+            points.len()
+        );
+        Wrong::damaged(raw.line, message)
+    })?;
+    let begin = |group: &Vec<usize>| span(group.iter().filter_map(|i| raw.beginning(&raw.tracks[*i])))[0];
+    if begin(&groups[1]) < begin(&groups[0]) {
+        groups.swap(0, 1);
+    }
+    // the centre, or points on a circle about it, and further points
+    let [one, other] = groups.map(|group| {
+        let own: Vec<&Places> = group.iter().map(|i| &points[*i]).collect();
+        let mut names = names_of(&group);
+        match central(&own) {
+            Some(centre) => [vec![names.remove(centre)], names],
+            None => [names, Vec::new()],
+        }
+    });
+    let message = format!(
+        "[tracks] cue and object are not given: the disc that moves first, taken as cue, is {}; the other is {}",
+        quoted(one.iter().flatten()),
+        quoted(other.iter().flatten())
+    );
+    job.note(Subject::Names, raw.line, message);
+    let ([cue, cue_markers], [object, object_markers]) = (one, other);
+    facts.names = [cue, object, cue_markers, object_markers].map(Names);
+    facts.names_balls = true;
+    Ok(())
+}
+
+/// Returns whether the tracks are two groups of points that keep their distances.
+pub(super) fn are_two_discs(shot: &RawShot) -> bool {
+    groups(&places(shot, |row| row.place)).len() == 2
+}
+
+fn places(shot: &RawShot, place: impl Fn(&Row) -> [f64; 2]) -> Vec<Places> {
+    let times = shot.times();
+    let place_at = |track: &RawTrack, time: f64| track.at(time).map_or([f64::NAN; 2], &place);
+    let path = |track: &RawTrack| times.iter().map(|time| place_at(track, *time)).collect();
+    shot.tracks.iter().map(path).collect()
+}
+
+/// Returns the groups of three or more points of which every two keep their distance, the most
+/// rigid joined first.
+fn groups(points: &[Places]) -> Vec<Vec<usize>> {
+    let count = points.len();
+    let pairs = (0..count).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let mut rigid: Vec<(f64, usize, usize)> =
+        pairs.map(|(i, j)| (change(&points[i], &points[j]), i, j)).collect();
+    rigid.retain(|(change, ..)| *change <= MAX_CHANGE);
+    rigid.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let is_rigid = |i: usize, j: usize| rigid.iter().any(|(_, a, b)| (*a, *b) == (i.max(j), i.min(j)));
+    let mut groups: Vec<Vec<usize>> = (0..count).map(|i| vec![i]).collect();
+    for (_, i, j) in &rigid {
+        let at = |point: &usize| groups.iter().position(|group| group.contains(point));
+        let (Some(a), Some(b)) = (at(i), at(j)) else { continue };
+        if a != b && groups[a].iter().all(|p| groups[b].iter().all(|q| is_rigid(*p, *q))) {
+            let mut joined = groups.remove(a.max(b));
+            groups[a.min(b)].append(&mut joined);
+            groups[a.min(b)].sort_unstable();
+        }
+    }
+    groups.retain(|group| group.len() > 2);
+    groups
+}
+
+fn distances(one: &Places, other: &Places) -> Vec<f64> {
+    let all = one.iter().zip(other).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
+    all.filter(|distance| !distance.is_nan()).collect()
+}
+
+fn change(one: &Places, other: &Places) -> f64 {
+    let distances = distances(one, other);
+    let smooth = sorted(distances.windows(MEDIAN_FRAMES).map(|window| median(window.to_vec())));
+    let ([least, ..], [.., most]) = (&smooth[..], &smooth[..]) else { return f64::INFINITY };
+    (most - least) / smooth[smooth.len() / 2].max(f64::MIN_POSITIVE)
+}
+
+/// Returns the centre of the points on a disc, whose distances to three others or more are equal;
+/// `None` if all are on a circle about it.
+fn central(points: &[&Places]) -> Option<usize> {
+    let distance = |one: &Places, other: &Places| Some(median(distances(one, other))).filter(|d| !d.is_nan());
+    let is_like_centre = |i: &usize| {
+        let others = (0..points.len()).filter(|j| j != i);
+        let [least, most] = span(others.map(|j| distance(points[*i], points[j]).unwrap_or(f64::INFINITY)));
+        most.max(0.0) <= (1.0 + MAX_INEQUALITY) * least
+    };
+    // no circle about a point of the rim meets the rim in three points
+    (0..points.len()).filter(|_| points.len() > 3).find(is_like_centre)
 }

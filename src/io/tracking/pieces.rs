@@ -1,7 +1,7 @@
 //! Which rows are one ball in one clip: clips in a table without a column of shots are separated,
 //! rows that do not name the ball are followed, and pieces of tracks with new ids are joined.
 
-use super::input::{Input, Log, Subject};
+use super::input::{Input, Job, Subject};
 use super::names::find;
 use super::raw::{RawShot, RawTrack, Row, jump_speed};
 use super::repair::remove_lost;
@@ -22,20 +22,16 @@ const MAX_SPEED_RATIO: f64 = 2.0;
 /// piece continues the nearest.
 const MAX_DISTANCE_RATIO: f64 = 0.5;
 
-/// Returns the shots of a file: positions of lost balls are left out, and one shot that is several
-/// clips is separated. `alone`: the names of clips are their numbers, without the file's name.
-pub(super) fn clips(
-    mut shots: Vec<RawShot>,
-    settings: &TrackSettings,
-    alone: bool,
-    log: Log,
-) -> Vec<RawShot> {
+/// Returns the shots of a file: positions of lost balls are left out, one shot that is several
+/// clips is separated, and pieces of tracks are joined. `alone`: the names of clips are their
+/// numbers, without the file's name.
+pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawShot> {
     for shot in &mut shots {
-        remove_lost(shot, log);
+        remove_lost(shot, job);
     }
     // names of shots in the table are believed
     if let [shot] = shots.as_slice() {
-        let clips: Vec<RawShot> = clips_of(shot, settings.fps(), alone);
+        let clips: Vec<RawShot> = clips_of(shot, job.settings.fps(), alone);
         let is_seen = |track: &&RawTrack| track.seen().count() >= MIN_FRAMES;
         let are_clips = clips.iter().all(|clip| clip.tracks.iter().filter(is_seen).count() > 1);
         if clips.len() > 1 && are_clips {
@@ -45,12 +41,13 @@ pub(super) fn clips(
                 clips.len(),
                 names.join(", ")
             );
-            log.add(Subject::Names, None, message);
+            job.note(Subject::Names, None, message);
             shots = clips;
         }
     }
     for shot in &mut shots {
-        name_followed(shot, settings);
+        name_followed(shot, job.settings);
+        join(shot, job);
     }
     shots
 }
@@ -59,36 +56,38 @@ pub(super) fn clips(
 /// exchange of their names.
 fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
     // without a unit, ms and frames cannot be distinguished
-    let Some(unit) = shot.clock.unit else { return Vec::new() };
-    let fps = shot.clock.fps.or(fps).unwrap_or(DEFAULT_FPS);
-    let step = median(shot.instants().windows(2).map(|two| two[1] - two[0]).collect());
+    let Some(unit) = shot.stated.time else { return Vec::new() };
+    let fps = shot.stated.fps.or(fps).unwrap_or(DEFAULT_FPS);
+    let times = shot.times();
+    let step = median(times.windows(2).map(|two| two[1] - two[0]).collect());
     let pause = (MIN_PAUSE_S / unit.seconds().unwrap_or(fps.recip())).max(STEPS * step);
     let is_short = |time: f64| time > 0.0 && time < 1.5 * step;
     let centres = shot.centres();
     let steps = centres.iter().flatten().flat_map(|track| track.steps());
     let jump = step * jump_speed(steps.filter(|[_, time]| is_short(*time)));
-    let jumps = |frame: usize| {
+    let jumps = |two: &[f64]| {
         let Some([one, other]) = centres else { return false };
-        let far = |from: &RawTrack, to: &RawTrack| from.rows[frame - 1].distance(&to.rows[frame]) > jump;
-        far(one, one) && far(other, other) && far(one, other)
+        let is_far = |from: &RawTrack, to: &RawTrack| {
+            from.at(two[0]).zip(to.at(two[1])).is_some_and(|(from, to)| from.distance(to) > jump)
+        };
+        is_far(one, one) && is_far(other, other) && is_far(one, other)
     };
-    let begins = |frame: &usize| {
-        let length = shot.times[*frame] - shot.times[*frame - 1];
-        length > pause || is_short(length) && jumps(*frame)
+    let begins = |two: &&[f64]| {
+        let length = two[1] - two[0];
+        length > pause || is_short(length) && jumps(two)
     };
-    let mut edges: Vec<usize> = (1..shot.times.len()).filter(begins).collect();
-    edges.insert(0, 0);
-    edges.push(shot.times.len());
-    let clip = |(number, two): (usize, &[usize])| {
-        let name = if alone { format!("{number}") } else { format!("{}-{number}", shot.name) };
+    let begins: Vec<f64> = times.windows(2).filter(begins).map(|two| two[1]).collect();
+    let clip = |i: usize| {
+        let name = if alone { format!("{}", i + 1) } else { format!("{}-{}", shot.name, i + 1) };
         let mut clip = RawShot { name, ..shot.clone() };
-        clip.tracks.iter_mut().for_each(|track| track.rows = track.rows[two[0]..two[1]].to_vec());
-        clip.tracks.retain(|track| track.written().next().is_some());
+        for track in &mut clip.tracks {
+            track.rows.retain(|row| begins.partition_point(|begin| *begin <= row.time) == i);
+        }
+        clip.tracks.retain(|track| !track.rows.is_empty());
         clip.line = clip.tracks.iter().map(RawTrack::line).min().unwrap_or(shot.line);
-        clip.regrid();
         clip
     };
-    if edges.len() > 2 { (1..).zip(edges.windows(2)).map(clip).collect() } else { Vec::new() }
+    if begins.is_empty() { Vec::new() } else { (0..=begins.len()).map(clip).collect() }
 }
 
 /// Splits the rows of every shot, one track without a name, into the tracks of two balls, which
@@ -107,13 +106,12 @@ pub(super) fn follow(shots: &mut [RawShot], input: &Input) {
         if let Some(first) = others.first() {
             let are = if others.len() == 1 { "row" } else { "rows" };
             let message = format!("{} {are} of other objects than the two balls: left out", others.len());
-            input.log.add(Subject::Gaps, *first, message);
+            input.job.note(Subject::Gaps, *first, message);
         }
         shot.tracks = tracks;
-        shot.regrid();
     }
     let message = "rows do not name the ball: both balls are followed from frame to frame, and the one that moves first is the cue ball";
-    input.log.add(Subject::Names, None, message);
+    input.job.note(Subject::Names, None, message);
 }
 
 /// Names the tracks that were followed: the first to move is the cue ball.
@@ -146,15 +144,15 @@ fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
 
 /// Joins pieces to both balls' tracks: those that dataset.toml names or, if at most two tracks are
 /// seen at a time, the first two. Other pieces are left.
-pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, log: Log) {
-    let is_plain = |track: &RawTrack| track.is_centre() && track.written().next().is_some();
+fn join(shot: &mut RawShot, job: Job) {
+    let is_plain = |track: &RawTrack| track.is_centre() && !track.rows.is_empty();
     if shot.tracks.len() < 3 || !shot.tracks.iter().all(is_plain) {
         return;
     }
-    let begin = |i: &usize| shot.tracks[*i].written().next().map_or(0.0, |row| row.time);
+    let begin = |i: &usize| shot.tracks[*i].rows.first().map_or(0.0, |row| row.time);
     let mut order: Vec<usize> = (0..shot.tracks.len()).collect();
     order.sort_by(|a, b| begin(a).total_cmp(&begin(b)));
-    let Some(heads) = heads(shot, &order, settings) else { return };
+    let Some(heads) = heads(shot, &order, job.settings) else { return };
     if !heads.iter().all(|head| is_in_order(&shot.tracks[*head])) {
         return;
     }
@@ -162,17 +160,16 @@ pub(super) fn join(shot: &mut RawShot, settings: &TrackSettings, log: Log) {
         let Some(head) = continued(&shot.tracks, heads, &shot.tracks[piece]) else { continue };
         let piece = std::mem::take(&mut shot.tracks[piece]);
         let track = &mut shot.tracks[head];
-        let last = track.written().last().map_or(1, |row| row.line);
+        let last = track.rows.last().map_or(1, |row| row.line);
         let message = format!(
             "\"{}\" begins where \"{}\" ends, in line {last}: taken as the same ball",
             piece.name, track.name
         );
-        log.add(Subject::Names, piece.line(), message);
-        track.rows.retain(|row| row.line > 0);
-        track.rows.extend(piece.written());
+        job.note(Subject::Names, piece.line(), message);
+        track.rows.extend(piece.rows);
+        track.sort();
     }
     shot.tracks.retain(|track| !track.rows.is_empty());
-    shot.regrid();
 }
 
 /// Returns the indices of the tracks to which pieces are joined; `order` is that of their starts.
@@ -181,15 +178,14 @@ fn heads(shot: &RawShot, order: &[usize], settings: &TrackSettings) -> Option<[u
     if let Some([Some(cue), Some(object)]) = settings.single_names().map(|names| names.map(find)) {
         return Some([cue, object]);
     }
-    let count = |frame: usize| shot.tracks.iter().filter(|track| track.rows[frame].line > 0).count();
-    let are_two = (0..shot.times.len()).all(|frame| count(frame) <= 2);
+    let count = |time: f64| shot.tracks.iter().filter(|track| track.at(time).is_some()).count();
+    let are_two = shot.times().into_iter().all(|time| count(time) <= 2);
     are_two.then(|| [order[0].min(order[1]), order[0].max(order[1])])
 }
 
 /// Returns whether a track has its rows in the order of time, each time once.
 fn is_in_order(track: &RawTrack) -> bool {
-    let rows: Vec<&Row> = track.written().collect();
-    rows.windows(2).all(|two| two[0].time < two[1].time && two[0].line <= two[1].line)
+    track.rows.windows(2).all(|two| two[0].time < two[1].time && two[0].line <= two[1].line)
 }
 
 /// Returns whether two names are ids that differ in numbers only: `track_1` and `track_6`.

@@ -1,58 +1,31 @@
-//! Positions as all formats are read: in the file's units, on one grid of frames, with their lines.
+//! Positions as all formats are read: in the file's units, with their lines.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
-use super::units::{TimeUnit, Unit};
+use super::settings::Format;
+use super::units::Unit;
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RawShot {
     pub(crate) name: String,
-    pub(crate) file: Arc<PathBuf>,
+    pub(crate) file: PathBuf,
     pub(crate) line: usize,
-    pub(crate) clock: Clock,
-    /// The unit of lengths that the file states.
-    pub(crate) unit: Option<Unit>,
-    /// The times of the frames, ascending. Two frames have one time if a track has it in two rows.
-    pub(crate) times: Vec<f64>,
+    pub(crate) stated: Stated,
     pub(crate) tracks: Vec<RawTrack>,
 }
 
 impl RawShot {
-    /// Puts the rows of all tracks, in any order, on one grid of frames by their times: the second
-    /// row of a track at one time is in a frame of its own.
-    pub(super) fn regrid(&mut self) {
-        let mut frames: Vec<(f64, usize)> = Vec::new();
-        for track in &mut self.tracks {
-            track.rows.retain(|row| row.line > 0);
-            track.rows.sort_by(|a, b| a.time.total_cmp(&b.time));
-            for rows in track.rows.chunk_by(|a, b| a.time == b.time) {
-                frames.extend(rows.iter().enumerate().map(|(above, row)| (row.time, above)));
-            }
-        }
-        frames.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        frames.dedup();
-        for track in &mut self.tracks {
-            let mut rows = std::mem::take(&mut track.rows).into_iter().peekable();
-            let mut row_at = |time: f64| rows.next_if(|row| row.time == time).unwrap_or(Row::NONE);
-            track.rows = frames.iter().map(|(time, _)| row_at(*time)).collect();
-        }
-        self.times = frames.into_iter().map(|(time, _)| time).collect();
-    }
-
-    /// Gives the frames other times, in the same order.
-    pub(super) fn set_times(&mut self, times: Vec<f64>) {
-        for track in &mut self.tracks {
-            track.rows.iter_mut().zip(&times).for_each(|(row, time)| row.time = *time);
-        }
-        self.times = times;
-    }
-
-    /// Returns the different times, ascending.
-    pub(super) fn instants(&self) -> Vec<f64> {
-        let mut times = self.times.clone();
+    /// Returns the different times of all rows, ascending.
+    pub(super) fn times(&self) -> Vec<f64> {
+        let mut times = sorted(self.tracks.iter().flat_map(|track| &track.rows).map(|row| row.time));
         times.dedup();
         times
+    }
+
+    /// Gives the rows other times, in the same order.
+    pub(super) fn map_times(&mut self, new: impl Fn(f64) -> f64) {
+        let rows = self.tracks.iter_mut().flat_map(|track| &mut track.rows);
+        rows.for_each(|row| row.time = new(row.time));
     }
 
     pub(super) fn centres(&self) -> Option<[&RawTrack; 2]> {
@@ -60,11 +33,26 @@ impl RawShot {
         centres.collect::<Vec<_>>().try_into().ok()
     }
 
+    /// Returns the longer side of the box about all positions.
+    pub(super) fn extent(&self) -> f64 {
+        let tracks = self.tracks.iter().filter(|track| !track.is_angle);
+        let places = tracks.flat_map(|track| track.seen()).map(|row| row.place);
+        let sides = [0, 1].map(|axis| span(places.clone().map(|place| place[axis])));
+        sides.map(|[low, high]| high - low).into_iter().fold(0.0, f64::max)
+    }
+
+    /// Returns the least distance of both centres in a frame.
+    pub(super) fn closest(&self) -> Option<f64> {
+        let [one, other] = self.centres()?;
+        let frames = one.frames_with(other).into_iter();
+        frames.map(|[i, j]| one.rows[i].distance(&other.rows[j])).min_by(f64::total_cmp)
+    }
+
     /// Returns the time at which a track is a tenth of its way from its start, as a part of the time
     /// of all tracks; 1 if it stays there.
     pub(super) fn beginning(&self, track: &RawTrack) -> Option<f64> {
         const MOVED: f64 = 0.1;
-        let (first, last) = (self.times.first()?, self.times.last()?);
+        let [first, last] = span(self.tracks.iter().flat_map(|track| &track.rows).map(|row| row.time));
         let origin = track.seen().next()?;
         let most = track.seen().map(|row| origin.distance(row)).fold(0.0, f64::max);
         let moving = track.seen().find(|row| origin.distance(row) > MOVED * most);
@@ -95,21 +83,18 @@ pub(super) fn span(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
     numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
 }
 
-/// Meaning of the times of a shot.
+/// Statements of a file, or of its format, about all its rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Clock {
-    /// The unit; `None` if the file does not state it (Kinovea).
-    pub(crate) unit: Option<TimeUnit>,
+pub(super) struct Stated {
+    pub(crate) format: Format,
+    /// The unit of lengths.
+    pub(crate) unit: Option<Unit>,
+    /// The unit of times, unless these are written h:mm:ss; `None` if it is not stated (Kinovea).
+    pub(crate) time: Option<Unit>,
     /// Rounding of times that are written as a clock shows them, s.
     pub(crate) rounding: Option<f64>,
-    /// Frame rate of the camera that the file states.
+    /// Frame rate of the camera.
     pub(crate) fps: Option<f64>,
-}
-
-impl Clock {
-    pub(super) fn of(unit: TimeUnit) -> Self {
-        Self { unit: Some(unit), ..Self::default() }
-    }
 }
 
 /// A tracked ball, or a point on it.
@@ -125,6 +110,7 @@ pub(super) struct RawTrack {
     pub(crate) is_angle: bool,
     /// Its part in the shot, once it is assigned.
     pub(crate) role: Option<Role>,
+    /// Its rows in the order of time.
     pub(crate) rows: Vec<Row>,
 }
 
@@ -144,9 +130,28 @@ impl RawTrack {
         self.point.is_none()
     }
 
-    /// Returns the rows that the file has.
-    pub(super) fn written(&self) -> impl Iterator<Item = &Row> + Clone {
-        self.rows.iter().filter(|row| row.line > 0)
+    /// Puts the rows in the order of time.
+    pub(super) fn sort(&mut self) {
+        self.rows.sort_by(|a, b| a.time.total_cmp(&b.time));
+    }
+
+    /// Returns the row of a time.
+    pub(super) fn at(&self, time: f64) -> Option<&Row> {
+        self.rows.get(self.rows.partition_point(|row| row.time < time)).filter(|row| row.time == time)
+    }
+
+    /// Returns the places in the rows of frames in which this track and another are seen.
+    pub(super) fn frames_with(&self, other: &Self) -> Vec<[usize; 2]> {
+        let (mut frames, mut j) = (Vec::new(), 0);
+        for (i, row) in self.rows.iter().enumerate() {
+            j += other.rows[j..].iter().take_while(|other| other.time < row.time).count();
+            let Some(beside) = other.rows.get(j).filter(|other| other.time == row.time) else { continue };
+            if !row.is_gap() && !beside.is_gap() {
+                frames.push([i, j]);
+            }
+            j += 1;
+        }
+        frames
     }
 
     /// Returns the rows with positions.
@@ -161,7 +166,7 @@ impl RawTrack {
 
     /// Returns the first of its lines.
     pub(super) fn line(&self) -> usize {
-        self.written().map(|row| row.line).min().unwrap_or(1)
+        self.rows.iter().map(|row| row.line).min().unwrap_or(1)
     }
 }
 
@@ -171,13 +176,10 @@ pub(super) struct Row {
     pub(crate) time: f64,
     pub(crate) place: [f64; 2],
     pub(crate) sd: [f64; 2],
-    /// 0 if the file has no row of the track in this frame.
     pub(crate) line: usize,
 }
 
 impl Row {
-    pub(super) const NONE: Self = Self { time: f64::NAN, place: [f64::NAN; 2], sd: [f64::NAN; 2], line: 0 };
-
     pub(super) fn distance(&self, other: &Self) -> f64 {
         (self.place[0] - other.place[0]).hypot(self.place[1] - other.place[1])
     }

@@ -2,59 +2,47 @@
 
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
 
 use super::formats::FORMATS;
 use super::heading::{Heading, TITLES, headings};
-use super::input::{Context, Input, Subject, stem};
+use super::input::{Input, Job, Subject, stem};
 use super::layout::Layout;
 use super::raw::{RawShot, RawTrack};
 use super::settings::Format;
 use super::{columns, json, pieces, reader};
+use crate::io::error::Problems;
 use crate::io::number::shortened;
 use crate::io::text::{decode, filled_lines, without_separator_line};
 
-pub(super) struct Tracked {
-    pub(crate) shots: Vec<RawShot>,
-    pub(crate) format: Format,
-}
-
 /// Returns the shots of a file, with clips separated and pieces of tracks joined. `alone`: the
 /// names of clips are their numbers, without the file's name.
-pub(super) fn file(file: &Path, context: Context, alone: bool) -> Option<Tracked> {
-    let Context { settings, problems, notes } = context;
+pub(super) fn file(job: Job, problems: &Problems, alone: bool) -> Option<Vec<RawShot>> {
+    let file = job.file;
     let wrong = |error| problems.add(file, None, None, format!("cannot be read: {error}"));
     let bytes = fs::read(file).map_err(wrong).ok()?;
     let (text, latin) = decode(&bytes);
-    let log = notes.of(file);
     if let Some(line) = latin {
         let message = "is not UTF-8 text from here on; read as Latin-1, which matters to names only";
-        log.add(Subject::Format, line, message);
+        job.note(Subject::Format, line, message);
     }
     let (text, _) = without_separator_line(text);
     if is_tracker_project(file, &text) {
         problems.add(file, None, None, TRACKER_PROJECT);
         return None;
     }
-    let (stem, file) = (stem(file), Arc::new(file.to_path_buf()));
-    let input = Input { file: &file, text: &text, stem: &stem, settings, problems, log };
-    let mut tracked = as_written(&input)?;
-    tracked.shots = pieces::clips(tracked.shots, settings, alone, log);
-    for shot in &mut tracked.shots {
-        pieces::join(shot, settings, log);
-    }
-    Some(tracked)
+    let input = Input { job, text: &text, stem: &stem(file), problems };
+    Some(pieces::clips(as_written(&input)?, alone, job))
 }
 
-fn as_written(input: &Input) -> Option<Tracked> {
-    let settings = input.settings;
+fn as_written(input: &Input) -> Option<Vec<RawShot>> {
+    let settings = input.job.settings;
     let stated = settings.tracks.format;
     let wanted = |format: Format| stated == format || stated == Format::Auto;
     if let Some(columns) = &settings.tracks.columns {
         return Some(by_layout(&columns::layout(input, columns)?, input));
     }
     if wanted(Format::Json) && json::detect(input.text) {
-        return json::read(input).map(|shots| Tracked { shots, format: Format::Json });
+        return json::read(input);
     }
     let before = input.problems.len();
     let headings = headings(input.text, TITLES);
@@ -70,26 +58,26 @@ fn as_written(input: &Input) -> Option<Tracked> {
     None
 }
 
-fn by_layout(layout: &Layout, input: &Input) -> Tracked {
+fn by_layout(layout: &Layout, input: &Input) -> Vec<RawShot> {
     layout.note(input);
     let mut shots = reader::read(input, layout);
-    for shot in shots.iter_mut().filter(|_| layout.format == Format::Qualisys) {
+    for shot in shots.iter_mut().filter(|_| layout.stated.format == Format::Qualisys) {
         begin_at_zero(shot, input);
     }
     if layout.is_of_paths() {
         pieces::follow(&mut shots, input);
     }
-    Tracked { shots, format: layout.format }
+    shots
 }
 
 /// Counts the times of Qualisys from the first row on, and turns positions at 0, 0 into gaps.
 fn begin_at_zero(shot: &mut RawShot, input: &Input) {
-    let first = shot.times.first().copied().unwrap_or_default();
-    shot.set_times(shot.times.iter().map(|time| time - first).collect());
+    let first = shot.times().first().copied().unwrap_or_default();
+    shot.map_times(|time| time - first);
     for RawTrack { name, rows, .. } in &mut shot.tracks {
         for row in rows.iter_mut().filter(|row| row.place == [0.0, 0.0]) {
             row.lose();
-            input.log.add(Subject::Gaps, row.line, format!("\"{name}\" is at 0, 0: taken as a gap"));
+            input.job.note(Subject::Gaps, row.line, format!("\"{name}\" is at 0, 0: taken as a gap"));
         }
     }
 }
@@ -108,7 +96,7 @@ fn complain_of_format(headings: &[Heading], input: &Input) {
     let Some((line, first)) = filled_lines(input.text).next() else {
         return input.wrong(None, None, "is empty; expected tracked positions");
     };
-    let format = input.settings.tracks.format;
+    let format = input.job.settings.tracks.format;
     let expected = match format {
         Format::Auto => {
             "a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a section \
@@ -124,7 +112,7 @@ fn complain_of_format(headings: &[Heading], input: &Input) {
 }
 
 fn lacking(heading: &Heading) -> Option<String> {
-    let is_missing = |any: &&str| !any.split(" or ").any(|name| heading.own.iter().any(|own| own == name));
+    let is_missing = |any: &&str| any.split(" or ").all(|name| heading.at(name).is_none());
     let missing: Vec<&str> = ["ball", "x", "y", "frame or t"].into_iter().filter(is_missing).collect();
     let missing = (1..=2).contains(&missing.len()).then(|| missing.join(" and "))?;
     Some(format!(", and what may be the names of columns, in line {}, are without {missing}", heading.line))

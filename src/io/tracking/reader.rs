@@ -1,18 +1,17 @@
 //! Reading of a file's rows to shots and tracks, for all formats.
 
 use std::borrow::Cow;
-use std::sync::Arc;
 
 use indexmap::IndexMap;
 
 use super::clock::{Style, count_frames, is_clock, seconds};
 use super::input::{Input, Subject};
 use super::layout::{Body, Layout, Part};
-use super::raw::{Clock, RawShot, RawTrack, Row};
+use super::raw::{RawShot, RawTrack, Row, Stated};
 use super::settings::Format;
-use super::units::{AngleUnit, TimeUnit};
+use super::units::Unit;
 use crate::io::number::{Mark, Place, shortened};
-use crate::io::text::{self, Separator, lines};
+use crate::io::text::{self, lines};
 
 /// Number of problems of a file after which reading ends.
 const MAX_PROBLEMS: usize = 100;
@@ -33,7 +32,7 @@ pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
         if content.starts_with('#') {
             if cells.is_ok_and(|cells| layout.shot == Some(0) && cells.len() == layout.heading.names.len()) {
                 let message = "rows that begin with #, passed over as comments: quote names of shots that begin with it";
-                input.log.add(Subject::Repeated, line, message);
+                input.job.note(Subject::Repeated, line, message);
             }
             continue;
         }
@@ -56,13 +55,13 @@ fn with_width<'a>(mut cells: Vec<Cow<'a, str>>, layout: &Layout) -> Result<Vec<C
         cells.pop();
     }
     let is_open = names.last().is_some_and(String::is_empty) && cells.len() + 1 == width;
-    if (separator.is_white() || is_open) && cells.len() < width {
+    if (matches!(separator, None | Some(' ' | '\t')) || is_open) && cells.len() < width {
         cells.resize(width, Cow::Borrowed(""));
     }
     if cells.len() == width {
         return Ok(cells);
     }
-    let hint = if separator == Separator::Char(',') && cells.len() > width {
+    let hint = if separator == Some(',') && cells.len() > width {
         "; if they are decimal commas, export with another separator, such as semicolons or tabs"
     } else {
         ""
@@ -78,7 +77,7 @@ struct Reader<'a> {
     positions: Mark,
     /// How the first time is written, with its line: as that of a clock or, `None`, as a number.
     clock: Option<(Option<Style>, usize)>,
-    /// The shots by their names, with rows that are not on a grid of frames yet.
+    /// The shots by their names, with rows in the order of the file.
     shots: IndexMap<String, RawShot>,
     /// The first row that belongs to no track.
     trackless: Option<usize>,
@@ -86,20 +85,20 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body]) {
-        let Input { file, problems, stem, log, .. } = *self.input;
+        let Input { job, problems, stem, .. } = *self.input;
         let layout = self.layout;
         let at = |column: usize| {
             let (column, text) = (layout.heading.names[column].as_str(), cells[column].as_ref());
-            Place { file, line, column, text, problems }
+            Place { file: job.file, line, column, text, problems }
         };
         let before = problems.len();
         let ball = layout.ball();
         for (what, column) in [("shot", layout.shot), ("ball", ball)] {
             let Some(cell) = column.map(at).filter(|cell| cell.text.is_empty()) else { continue };
-            if what == "ball" && layout.format == Format::Columns {
+            if what == "ball" && layout.stated.format == Format::Columns {
                 self.trackless.get_or_insert(line);
                 let message = format!("rows that belong to no track ({} is empty): left out", cell.column);
-                return log.add(Subject::Gaps, line, message);
+                return job.note(Subject::Gaps, line, message);
             }
             cell.wrong(format!("is empty; expected the name of a {what}"));
         }
@@ -147,11 +146,10 @@ impl Reader<'_> {
     /// Returns the index of a shot, which is begun unless it is known.
     fn shot(&mut self, name: &str, line: usize) -> usize {
         self.shots.get_index_of(name).unwrap_or_else(|| {
-            let (file, Layout { clock, unit, .. }) = (Arc::clone(self.input.file), self.layout);
-            let (times, tracks) = (Vec::new(), Vec::new());
-            let shot =
-                RawShot { name: name.to_string(), file, line, clock: *clock, unit: *unit, times, tracks };
-            self.shots.insert_full(name.to_string(), shot).0
+            let (file, name) = (self.input.job.file.to_path_buf(), name.to_string());
+            let stated = self.layout.stated;
+            let shot = RawShot { name, file, line, stated, tracks: Vec::new() };
+            self.shots.insert_full(shot.name.clone(), shot).0
         })
     }
 
@@ -182,7 +180,7 @@ impl Reader<'_> {
     fn place<'c>(&mut self, body: &Body, at: impl Fn(usize) -> Place<'c>) -> [f64; 2] {
         if let Part::Angle(unit) = body.part {
             let angle = self.positions.beside(at(body.xy[0])).unwrap_or(f64::NAN);
-            return [if unit == AngleUnit::Degrees { 1.0_f64.to_radians() * angle } else { angle }, 0.0];
+            return [if unit == Unit::Deg { 1.0_f64.to_radians() * angle } else { angle }, 0.0];
         }
         let place = [0, 1].map(|axis: usize| {
             let mut number =
@@ -200,7 +198,7 @@ impl Reader<'_> {
             return place;
         }
         let message = format!("a position of a likelihood below {LIKELY}: taken as a gap");
-        self.input.log.add(Subject::Gaps, at(body.xy[0]).line, message);
+        self.input.job.note(Subject::Gaps, at(body.xy[0]).line, message);
         [f64::NAN; 2]
     }
 
@@ -217,31 +215,32 @@ impl Reader<'_> {
 
     /// Reports properties of all rows, and returns the shots. Time codes become numbers of frames.
     fn finish(self) -> Vec<RawShot> {
-        let Input { file, problems, log, .. } = *self.input;
+        let Input { job, problems, .. } = *self.input;
         if let (Some(column), Some(first), true) = (self.layout.ball(), self.trackless, self.shots.is_empty())
         {
             let message = "is empty in every row; expected names of tracks, or no ball in [tracks.columns]: both balls are then followed \
                            from frame to frame";
             self.input.wrong(first, self.layout.heading.names[column].as_str(), message);
         }
-        self.times.finish(file, problems);
-        self.positions.finish(file, problems);
+        self.times.finish(job.file, problems);
+        self.positions.finish(job.file, problems);
         if self.positions.is_comma() || self.times.is_comma() {
-            log.add(Subject::Format, None, "decimal comma");
+            job.note(Subject::Format, None, "decimal comma");
         }
         let mut shots: Vec<RawShot> = self.shots.into_values().collect();
-        shots.iter_mut().for_each(RawShot::regrid);
+        shots.iter_mut().flat_map(|shot| &mut shot.tracks).for_each(RawTrack::sort);
         if let Some((Some(style), line)) = self.clock {
-            let mut clock = Clock { rounding: Some(style.resolution()), ..Clock::of(TimeUnit::S) };
+            let (rounding, stated) = (Some(style.resolution()), self.layout.stated);
+            let mut stated = Stated { time: Some(Unit::S), rounding, ..stated };
             if style == Style::Colon(2)
                 && let Some(rate) = count_frames(&mut shots)
             {
                 let message = format!("times are time codes h:mm:ss:ff with {rate} frames to a second");
-                log.add(Subject::Clock, line, message);
-                clock = Clock::of(TimeUnit::Frames);
+                job.note(Subject::Clock, line, message);
+                stated = Stated { time: Some(Unit::Frames), rounding: None, ..stated };
             }
             for shot in &mut shots {
-                shot.clock = clock;
+                shot.stated = stated;
             }
         }
         shots

@@ -1,7 +1,7 @@
 //! Faults between the camera and the file: lost balls, duplicate rows, rows out of order, repeated
 //! frames, exchanged names of balls. They are repaired if the repair is certain.
 
-use super::input::{Log, Subject};
+use super::input::{Job, Subject};
 use super::raw::{RawShot, RawTrack, Row, jump_speed, sorted, value_at};
 
 /// Least ratio of the step after a frame in which both balls stand still to the step before it at
@@ -41,7 +41,7 @@ impl Wrong {
 
 /// Makes gaps of the positions that programs write for a lost ball, unless the ball's path leads
 /// there, and of impossible places and times: a lost decimal point, a misprint.
-pub(super) fn remove_lost(shot: &mut RawShot, log: Log) {
+pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
     let paths = shot.tracks.iter().filter(|track| !track.is_angle);
     let paths: Vec<Vec<&Row>> = paths.map(|track| track.seen().collect()).collect();
     // the ranges of the middle nine tenths of x, y and time
@@ -90,7 +90,7 @@ pub(super) fn remove_lost(shot: &mut RawShot, log: Log) {
         for (row, why) in rows.iter_mut().filter(|row| !row.is_gap()).zip(&mut lost) {
             let Some(why) = why else { continue };
             let [x, y] = row.place;
-            log.add(Subject::Gaps, row.line, format!("\"{name}\" is at ({x}, {y}), {why}: taken as a gap"));
+            job.note(Subject::Gaps, row.line, format!("\"{name}\" is at ({x}, {y}), {why}: taken as a gap"));
             row.lose();
         }
     }
@@ -111,9 +111,8 @@ impl Row {
 /// # Errors
 /// A track at two places at one time, or a clock that starts again: another clip, or times that wrap
 /// around.
-pub(super) fn unite_frames(shot: &mut RawShot, log: Log) -> Result<(), Wrong> {
+pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Result<(), Wrong> {
     for RawTrack { name, rows, .. } in &mut shot.tracks {
-        rows.retain(|row| row.line > 0);
         let mut written: Vec<&Row> = rows.iter().collect();
         written.sort_by_key(|row| row.line);
         let mut backwards = written.windows(2).filter(|two| two[1].time < two[0].time);
@@ -143,7 +142,7 @@ pub(super) fn unite_frames(shot: &mut RawShot, log: Log) -> Result<(), Wrong> {
             }
             let message =
                 format!("\"{name}\" has its time twice (line {}); one row is passed over", known.line);
-            log.add(Subject::Repeated, row.line, message);
+            job.note(Subject::Repeated, row.line, message);
             if known.is_gap() {
                 *known = *row;
             }
@@ -151,17 +150,10 @@ pub(super) fn unite_frames(shot: &mut RawShot, log: Log) -> Result<(), Wrong> {
         *rows = united;
         if let Some(Wrong { line, .. }) = clip {
             let message = format!("the rows of \"{name}\" are not in the order of time; put in order");
-            log.add(Subject::Order, line, message);
+            job.note(Subject::Order, line, message);
         }
     }
-    shot.regrid();
     Ok(())
-}
-
-/// Returns the frames in which both balls are seen.
-fn frames_of_both(cue: &RawTrack, object: &RawTrack) -> Vec<usize> {
-    let both = cue.rows.iter().zip(&object.rows).enumerate();
-    both.filter(|(_, (cue, object))| !cue.is_gap() && !object.is_gap()).map(|(frame, _)| frame).collect()
 }
 
 /// Turns frames into gaps that repeat the frame before while both balls move. `resolution`: the step
@@ -170,28 +162,28 @@ pub(super) fn remove_repeated_frames(
     [cue, object]: &mut [RawTrack; 2],
     fps: f64,
     resolution: f64,
-    log: Log,
+    job: Job,
 ) -> Result<(), Wrong> {
-    let frames = frames_of_both(cue, object);
-    let step = |two: &[usize]| {
-        let [one, other] = [&*cue, &*object].map(|ball| ball.rows[two[0]].distance(&ball.rows[two[1]]));
-        one.max(other)
+    let frames = cue.frames_with(object);
+    let step = |two: &[[usize; 2]]| {
+        let step = |ball: &RawTrack, k: usize| ball.rows[two[0][k]].distance(&ball.rows[two[1][k]]);
+        step(cue, 0).max(step(object, 1))
     };
     let steps: Vec<f64> = frames.windows(2).map(step).collect();
     if steps.iter().filter(|step| **step == 0.0).count() * 5 > steps.len() {
         return Ok(());
     }
-    let mut lost: Vec<usize> = Vec::new();
+    let mut lost: Vec<[usize; 2]> = Vec::new();
     for first in (1..steps.len()).filter(|k| steps[*k] == 0.0 && steps[k - 1] != 0.0) {
         let Some(end) = (first..steps.len()).find(|k| steps[*k] != 0.0) else { break };
         if steps[first - 1].min(steps[end]) < MAX_COARSE * resolution {
             continue;
         }
         let speed = |k: usize| {
-            let [_, time] = cue.rows[frames[k]].step(&cue.rows[frames[k + 1]]);
+            let [_, time] = cue.rows[frames[k][0]].step(&cue.rows[frames[k + 1][0]]);
             steps[k] / (time * fps).max(1.0)
         };
-        let [known, line] = [first, first + 1].map(|k| cue.rows[frames[k]].line);
+        let [known, line] = [first, first + 1].map(|k| cue.rows[frames[k][0]].line);
         let both = format!(
             "both balls are exactly where they were in line {known} while they move before and after"
         );
@@ -202,12 +194,12 @@ pub(super) fn remove_repeated_frames(
             );
             return Err(Wrong::damaged(line, message));
         }
-        log.add(Subject::Repeated, line, format!("{both}: a repeated frame, taken as a gap"));
+        job.note(Subject::Repeated, line, format!("{both}: a repeated frame, taken as a gap"));
         lost.extend(&frames[first + 1..=end]);
     }
-    for frame in lost {
-        cue.rows[frame].lose();
-        object.rows[frame].lose();
+    for [c, o] in lost {
+        cue.rows[c].lose();
+        object.rows[o].lose();
     }
     Ok(())
 }
@@ -216,34 +208,36 @@ pub(super) fn remove_repeated_frames(
 pub(super) fn undo_swaps(
     [cue, object]: &mut [RawTrack; 2],
     fps: f64,
-    log: Log,
+    job: Job,
 ) -> Result<Option<usize>, Wrong> {
-    let mut swaps: Vec<usize> = Vec::new();
-    for two in frames_of_both(cue, object).windows(2) {
-        let [[c, o], [c_next, o_next]] = [0, 1].map(|k| [&cue.rows[two[k]], &object.rows[two[k]]]);
+    let mut swaps: Vec<Row> = Vec::new();
+    for two in cue.frames_with(object).windows(2) {
+        let [[c, o], [c_next, o_next]] = [0, 1].map(|k| [&cue.rows[two[k][0]], &object.rows[two[k][1]]]);
         let kept = c.distance(c_next).powi(2) + o.distance(o_next).powi(2);
         let swapped = c.distance(o_next).powi(2) + o.distance(c_next).powi(2);
         if (c_next.time - c.time) * fps > MAX_SWAP_FRAMES {
             continue;
         }
         if swapped < CERTAIN_SWAP * kept {
-            swaps.push(two[1]);
+            swaps.push(*c_next);
         } else if swapped < POSSIBLE_SWAP * kept {
             let message = "cue and object ball may have exchanged their names from here on; expected them set right, or the shot skipped";
             return Err(Wrong::damaged(c_next.line, message));
         }
     }
-    let first = swaps.first().map(|frame| cue.rows[*frame].line);
     for pair in swaps.chunks(2) {
-        let until = pair.get(1).copied();
-        let last = until.map_or(String::new(), |until| format!(" to line {}", cue.rows[until].line));
+        let last = pair.get(1).map_or(String::new(), |until| format!(" to line {}", until.line));
         let message = format!(
             "\"{}\" and \"{}\" have exchanged their names from here{last}; exchanged back",
             cue.name, object.name
         );
-        log.add(Subject::Swapped, cue.rows[pair[0]].line, message);
-        let until = until.unwrap_or(cue.rows.len());
-        cue.rows[pair[0]..until].swap_with_slice(&mut object.rows[pair[0]..until]);
+        job.note(Subject::Swapped, pair[0].line, message);
     }
-    Ok(first)
+    for swap in &swaps {
+        let tail = |rows: &mut Vec<Row>| rows.split_off(rows.partition_point(|row| row.time < swap.time));
+        let (of_cue, of_object) = (tail(&mut cue.rows), tail(&mut object.rows));
+        cue.rows.extend(of_object);
+        object.rows.extend(of_cue);
+    }
+    Ok(swaps.first().map(|row| row.line))
 }

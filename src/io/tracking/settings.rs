@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::calibration::{Calibration, Point, ReadOut, homography};
+use super::calibration::{Calibration, Point, homography};
 use super::camera::{CameraSection, NumberOr, OneOrSeveral};
 use super::column_names::{self, Columns, schema_of_columns};
-use super::units::{TimeUnit, Unit};
+use super::units::Unit;
 use crate::io::toml_file::Source;
 use crate::physics::name::worded;
 
@@ -41,7 +41,8 @@ impl VideoSection {
 
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 pub(crate) struct ScaleSection {
-    length_unit: Option<Unit>,
+    #[schemars(extend("enum" = Unit::M.names_alike()))]
+    pub(super) length_unit: Option<Unit>,
     #[schemars(extend("exclusiveMinimum" = 0))]
     m_per_px: Option<f64>,
     from: Option<Ruler>,
@@ -71,14 +72,15 @@ enum YAxis {
 pub(crate) struct TracksSection {
     #[serde(default)]
     pub(super) format: Format,
-    cue: Option<Names>,
-    object: Option<Names>,
+    pub(super) cue: Option<Names>,
+    pub(super) object: Option<Names>,
     cue_markers: Option<Names>,
     object_markers: Option<Names>,
     shots: Option<String>,
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) position_sd_m: Option<f64>,
-    pub(super) time_unit: Option<TimeUnit>,
+    #[schemars(extend("enum" = Unit::S.names_alike()))]
+    pub(super) time_unit: Option<Unit>,
     #[serde(default)]
     #[schemars(schema_with = "schema_of_columns")]
     pub(super) columns: Option<Columns>,
@@ -167,24 +169,10 @@ impl TrackSettings {
         Some(self.video.capture_fps_sd? / self.fps()?)
     }
 
-    /// Returns the rate that the times of files follow.
-    pub(super) fn followed_fps(&self) -> Option<f64> {
-        self.video.playback_fps.or(self.fps())
-    }
-
-    pub(super) fn unit(&self) -> Option<Unit> {
-        self.scale.length_unit
-    }
-
     /// Returns the calibration of a file that states this unit of lengths.
     pub(super) fn calibration(&self, unit: Option<Unit>) -> Calibration {
-        let stated = unit.filter(|_| self.unit().is_none()).and_then(Unit::metres);
+        let stated = unit.filter(|_| self.scale.length_unit.is_none()).and_then(Unit::metres);
         Calibration { scale: stated.unwrap_or(self.calibration.scale), ..self.calibration.clone() }
-    }
-
-    /// Returns whether `cue` or `object` is stated; if not, both have their default names.
-    pub(super) fn states_balls(&self) -> bool {
-        self.tracks.cue.is_some() || self.tracks.object.is_some()
     }
 
     pub(super) fn single_names(&self) -> Option<[&str; 2]> {
@@ -202,12 +190,11 @@ impl TrackSettings {
     pub(crate) fn checked(mut self, source: &Source) -> Self {
         self.camera.check(source);
         if let Some(columns) = &self.tracks.columns {
-            column_names::check(columns, self.discs, source);
+            column_names::check(columns, source);
         }
-        let (is_px, has_points) = (self.unit() == Some(Unit::Px), !self.scale.point.is_empty());
+        let (is_px, has_points) = (self.scale.length_unit == Some(Unit::Px), !self.scale.point.is_empty());
         let is_up = self.scale.y_axis.map(|axis| axis == YAxis::Up);
         let seconds = self.video.row_readout_s.or(self.camera.readout());
-        let readout = seconds.zip(self.video.rows).zip(is_up);
         // the balls are the ruler by a statement, or for pixels without another scale
         let is_measured = self.scale.m_per_px.is_some() || has_points;
         self.from_balls = !self.discs && !is_measured && (self.scale.from.is_some() || is_px);
@@ -216,10 +203,10 @@ impl TrackSettings {
         self.notes.extend(map.iter().map(|(_, note)| format!("{}: {note}", source.path.display())));
         let per_pixel = (self.scale.m_per_px.unwrap_or(1.0), 1.0);
         self.calibration = Calibration {
-            scale: self.unit().unwrap_or(Unit::M).metres().unwrap_or(per_pixel),
+            scale: self.scale.length_unit.unwrap_or(Unit::M).metres().unwrap_or(per_pixel),
             is_up: is_up.unwrap_or(true),
             homography: map.map(|(map, _)| map),
-            readout: readout.map(|((seconds, rows), is_up)| ReadOut { seconds, rows, is_up }),
+            readout: seconds.zip(self.video.rows).map(|(seconds, rows)| [seconds, rows]),
         };
         let folder = source.path.parent().map(PathBuf::from).unwrap_or_default();
         self.shots = self.tracks.shots.as_ref().map(|shots| folder.join(shots));

@@ -10,27 +10,13 @@ use super::raw::RawShot;
 use super::settings::{NAMED, Names, TrackSettings};
 use crate::io::error::{Problems, did_you_mean};
 use crate::io::manifest::StatedSpin;
-use crate::io::rows::{OMEGA, Rows};
-use crate::io::table::Table;
+use crate::io::table::{OMEGA, Table};
 use crate::measurement::fault::{FINITE, POSITIVE};
 use crate::measurement::spin::Spin;
 
 /// Columns with a meaning; all others are labels.
-pub(crate) const KNOWN: [&str; 13] = [
-    "shot",
-    "cue_spin",
-    "omega_x",
-    "omega_y",
-    "omega_z",
-    "skip",
-    "note",
-    "file",
-    "cue",
-    "object",
-    "cue_markers",
-    "object_markers",
-    "capture_fps",
-];
+pub(crate) const KNOWN: &str = "shot cue_spin omega_x omega_y omega_z skip note file cue object cue_markers \
+                                object_markers capture_fps";
 
 /// Separator of several names of tracks in a cell.
 const BETWEEN: char = ';';
@@ -61,21 +47,18 @@ impl Facts {
 
 /// The rows of the table by the names of shots, in the order of the file.
 pub(super) struct ShotsTable<'a> {
-    path: PathBuf,
-    problems: &'a Problems,
+    pub(crate) settings: &'a TrackSettings,
+    pub(crate) problems: &'a Problems,
     rows: IndexMap<String, Facts>,
-    /// The facts of shots without a row.
-    others: Facts,
-    pub(crate) labels: Vec<String>,
+    /// The facts of shots without a row, whose labels are empty.
+    pub(crate) others: Facts,
     /// A note on the columns that are labels.
     pub(crate) note: Option<String>,
     pub(crate) has_rates: bool,
 }
 
 impl<'a> ShotsTable<'a> {
-    pub(super) fn read(settings: &TrackSettings, assumed: StatedSpin, problems: &'a Problems) -> Self {
-        let path = settings.shots.as_deref();
-        let table = path.and_then(|path| Table::read(path, problems));
+    pub(super) fn read(settings: &'a TrackSettings, assumed: StatedSpin, problems: &'a Problems) -> Self {
         let others = Facts {
             line: 0,
             skip: None,
@@ -86,28 +69,26 @@ impl<'a> ShotsTable<'a> {
             names_balls: false,
             capture_fps: settings.fps(),
         };
-        let path = path.map(Path::to_path_buf).unwrap_or_default();
-        let (rows, labels, note, has_rates) = (IndexMap::new(), Vec::new(), None, false);
-        let mut all = Self { path, problems, rows, others, labels, note, has_rates };
-        let Some(table) = table else { return all };
-        let columns = OMEGA.map(|name| (name, 1.0, FINITE)).into_iter();
-        let rows = Rows::read(&table, &KNOWN, columns.chain([("capture_fps", 1.0, POSITIVE)]), "shot");
-        let spins = rows.spins(OMEGA, assumed);
-        all.labels = rows.labels().map(str::to_string).collect();
-        all.note = rows.note(None);
-        all.others.labels = all.labels.iter().map(|label| (label.clone(), String::new())).collect();
-        for row in 0..table.rows() {
+        let mut all =
+            Self { settings, problems, rows: IndexMap::new(), others, note: None, has_rates: false };
+        let read = |path: &PathBuf| Table::read(path, problems);
+        let Some(table) = settings.shots.as_ref().and_then(read) else { return all };
+        let [x, y, z] = OMEGA.map(|name| (name, 1.0, FINITE));
+        let table = table.with(KNOWN, &[x, y, z, ("capture_fps", 1.0, POSITIVE)], "shot");
+        all.note = table.note(None);
+        all.others.labels = table.labels().map(|label| (label.to_owned(), String::new())).collect();
+        for (row, stated) in table.spins(OMEGA, assumed).into_iter().enumerate() {
             let Some(shot) = table.text("shot", row) else { continue };
             let names = NAMED.map(|column| names(&table, row, column));
-            let rate = rows.at("capture_fps", row).map(|rate| rate.value).filter(|rate| *rate > 0.0);
+            let rate = table.at("capture_fps", row).map(|rate| rate.value).filter(|rate| *rate > 0.0);
             all.has_rates |= rate.is_some();
             let facts = Facts {
                 line: table.line(row),
                 skip: skip(&table, row),
                 // a wrong one was reported
-                stated: spins[row].unwrap_or(assumed),
+                stated: stated.unwrap_or(assumed),
                 file: table.text("file", row).map(str::to_string),
-                labels: rows.labels_at(row),
+                labels: table.labels_at(row),
                 names_balls: names[..2].iter().any(Option::is_some),
                 names: [0, 1, 2, 3].map(|i| names[i].as_ref().unwrap_or(&all.others.names[i]).clone()),
                 capture_fps: rate.or(all.others.capture_fps),
@@ -125,6 +106,11 @@ impl<'a> ShotsTable<'a> {
         all
     }
 
+    /// Complains about a cell of the table.
+    fn wrong(&self, line: usize, column: &str, message: String) {
+        self.problems.add(self.settings.shots.as_deref().unwrap_or(Path::new("")), line, column, message);
+    }
+
     pub(super) fn facts(&self, shot: &str) -> &Facts {
         self.rows.get(shot).unwrap_or(&self.others)
     }
@@ -138,9 +124,8 @@ impl<'a> ShotsTable<'a> {
             let own = of_file.iter().copied().find(|i| raw[*i].name == *name);
             let message = match (of_file.as_slice(), own) {
                 ([], _) => {
-                    let files = raw.iter().filter_map(|shot| shot.file.file_name());
-                    let known: Vec<String> = files.map(|name| name.to_string_lossy().into_owned()).collect();
-                    let near = did_you_mean(file, known.iter().map(String::as_str));
+                    let files = raw.iter().filter_map(|shot| shot.file.file_name()?.to_str());
+                    let near = did_you_mean(file, files);
                     format!(
                         "\"{file}\" is not among the files with shots that dataset.toml names under files{near}"
                     )
@@ -158,7 +143,7 @@ impl<'a> ShotsTable<'a> {
                     )
                 }
             };
-            self.problems.add(&self.path, *line, "file", message);
+            self.wrong(*line, "file", message);
         }
     }
 
@@ -166,7 +151,7 @@ impl<'a> ShotsTable<'a> {
         for (shot, row) in self.rows.iter().filter(|(shot, _)| !known.contains(shot.as_str())) {
             let near = did_you_mean(shot, known.iter().copied());
             let message = format!("there is no shot \"{shot}\" in the data{near}");
-            self.problems.add(&self.path, row.line, "shot", message);
+            self.wrong(row.line, "shot", message);
         }
     }
 }
@@ -184,9 +169,7 @@ fn names(table: &Table, row: usize, column: &str) -> Option<Names> {
 fn skip(table: &Table, row: usize) -> Option<String> {
     let word = table.text("skip", row)?;
     match word.to_lowercase().as_str() {
-        "true" | "1" | "yes" => {
-            Some(table.text("note", row).unwrap_or("skip in the shots table").to_string())
-        }
+        "true" | "1" | "yes" => Some(table.text("note", row).unwrap_or("skip in the shots table").to_owned()),
         "false" | "0" | "no" => None,
         _ => {
             let message = format!("\"{word}\" is not true or false; expected true, false, 1, 0, yes or no");

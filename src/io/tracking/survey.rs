@@ -1,4 +1,4 @@
-//! Survey of a file of tracks for the draft of a dataset.toml, with a guess of `[tracks.columns]`
+//! Survey of files of tracks for the draft of a dataset.toml, with a guess of `[tracks.columns]`
 //! for an unknown table.
 
 use std::fs;
@@ -6,142 +6,239 @@ use std::num::NonZero;
 use std::path::Path;
 
 use indexmap::IndexMap;
+use minijinja::{Value as Values, context};
 
 use super::column_names::{Column, Columns};
-use super::discs;
 use super::heading::{Heading, Rows, TITLES, headings};
-use super::input::{Context, Notes};
-use super::raw::{RawShot, sorted, span};
+use super::input::{Job, Notes, quoted};
+use super::names::are_two_discs;
+use super::raw::{RawShot, sorted};
 use super::read;
-use super::settings::TrackSettings;
+use super::settings::{Format, TrackSettings};
 use super::time::followed;
 use super::units::Unit;
-use super::words::{BALLS, FRAMES, Kind, PERHAPS_BALLS, SHOTS, TIMES, beside, boxes, find, is_angle, pairs};
+use super::words::{self, FRAMES, Kind, PERHAPS_BALLS, SHOTS, TIMES, beside, boxes, find, is_angle, pairs};
 use crate::io::error::{Problem, Problems};
 use crate::io::number::value;
 use crate::io::text::decode;
 use crate::io::toml_file::Source;
+use crate::measurement::number::count_of;
 use crate::numerics::median;
+
+/// Least difference of the times at which two balls begin to move, as a part of the film, for the
+/// first to be the cue ball.
+const EARLIER: f64 = 0.05;
+/// Least frame rate of a film of balls: no film is as slow as times in ms would be in seconds.
+const LEAST_FPS: f64 = 2.0;
+/// Plausible extents of positions, m: a table is 2.84 m long; films show a few centimetres.
+const METRES: std::ops::Range<f64> = 0.02..4.0;
+/// Plausible diameters of balls, m, with allowance for noise and slow cameras.
+const DIAMETERS: std::ops::Range<f64> = 0.045..0.072;
+/// Balls and their radii, m, the largest first.
+const BALLS: [(&str, f64); 4] =
+    [("pyramid", 0.034), ("carom", 0.03075), ("pool", 0.028_575), ("snooker", 0.02625)];
+/// Largest ratio of a diameter to the distance of centres that noise explains.
+const NEARER: f64 = 1.02;
 
 /// Largest angle of a disc in radians, two turns; degrees of a whole turn are 360.
 const MAX_RADIANS: f64 = 4.0 * std::f64::consts::PI;
 /// Beginning of exports of Motive (OptiTrack), whose height is y.
 const MOTIVE: &str = "Format Version";
 
-/// The content of a file of tracks.
-#[derive(Clone, Debug, PartialEq)]
+/// The tracks of files, and what is guessed of them; empty for other files.
+#[derive(Default)]
 pub(crate) struct Survey {
-    /// `long`, `tracker`, `kinovea`, `qualisys`, `json` or `columns`.
-    pub(crate) format: &'static str,
-    pub(crate) shots: usize,
-    /// Names of tracks in the order of appearance, and the part of the time at which each moves.
-    pub(crate) tracks: Vec<(String, f64)>,
-    /// Frames per second that the file itself states, as the camera's.
-    pub(crate) stated_fps: Option<f64>,
-    /// Frames per second that the times follow, if they are in seconds.
-    pub(crate) times_fps: Option<f64>,
-    /// Unit of lengths that the file itself states, as dataset.toml names it.
-    pub(crate) unit: Option<&'static str>,
-    /// Whether the tracks are of discs: points keep their distances in two groups, or have angles.
-    pub(crate) are_discs: bool,
-    /// Settings of `[tracks]` without which the file cannot be read; perhaps empty.
-    pub(in crate::io) guess: Guess,
+    files: usize,
+    shots: Vec<RawShot>,
+    /// Settings of `[tracks]` without which the first file cannot be read; perhaps empty.
+    guess: Guess,
     /// Cells and rows that cannot be read, as the loader reports them.
-    pub(crate) problems: Vec<String>,
-    /// The longer side of the box about all positions, in the unit of the file.
-    pub(crate) extent: f64,
-    /// First quartile, over the shots, of the least distance of the centres of two balls in a
-    /// frame, in the unit of the file: frames may be wrong, and slow cameras miss the contact.
-    /// `None` if a file holds one ball only.
-    pub(crate) closest: Option<f64>,
+    problems: Vec<Problem>,
 }
 
-/// Surveys a file. The columns are guessed by their names for a table in no known format, and for a
-/// long one with boxes. `Err`: the problems of a file in no known format, or that cannot be read.
-pub(crate) fn survey(file: &Path) -> Result<Survey, Vec<Problem>> {
-    let plain = look(file, Guess::default());
-    if plain.as_ref().is_ok_and(|plain| plain.format != "long") {
-        return plain;
+impl Survey {
+    /// Surveys a file. The columns are guessed by their names for a table in no known format, and
+    /// for a long one with boxes. `Err`: the problems of a file in no known format, or that cannot
+    /// be read.
+    pub(crate) fn of(file: &Path) -> Result<Self, Vec<Problem>> {
+        let plain = Self::read(file, Guess::default());
+        if plain.as_ref().is_ok_and(|plain| plain.format() != Some(Format::Long)) {
+            return plain;
+        }
+        let guess = fs::read(file).ok().and_then(|bytes| columns(&decode(&bytes).0));
+        let has_boxes = |guess: &Guess| ["width", "x2"].iter().any(|key| guess.columns.contains_key(*key));
+        let guess = guess.filter(|guess| plain.is_err() || has_boxes(guess));
+        guess.and_then(|guess| Self::read(file, guess).ok()).map_or(plain, Ok)
     }
-    let guess = fs::read(file).ok().and_then(|bytes| columns(&decode(&bytes).0));
-    let has_boxes = |guess: &Guess| ["width", "x2"].iter().any(|key| guess.columns.contains_key(*key));
-    let guess = guess.filter(|guess| plain.is_err() || has_boxes(guess));
-    guess.and_then(|guess| look(file, guess).ok()).map_or(plain, Ok)
-}
 
-fn look(file: &Path, guess: Guess) -> Result<Survey, Vec<Problem>> {
-    let problems = Problems::new("");
-    let source = Source::new(file, "", &problems);
-    let settings = TrackSettings { discs: guess.has_angles(), ..TrackSettings::default() };
-    let mut settings = settings.checked(&source);
-    settings.tracks.columns = guess.certain();
-    let notes = Notes::default();
-    let context = Context { settings: &settings, problems: &problems, notes: &notes };
-    let read = read::file(file, context, true);
-    let problems = problems.into_error().problems().to_vec();
-    let Some(read::Tracked { shots, format }) = read else { return Err(problems) };
-    let clock = shots.first().map(|shot| shot.clock);
-    // without rows, only names support the guess
-    if clock.is_none() && guess.columns.is_empty() {
-        return Err(problems);
-    }
-    let tracks = shots.iter().flat_map(|shot| &shot.tracks).filter(|track| !track.is_angle);
-    let places: Vec<[f64; 2]> = tracks.flat_map(|track| track.seen()).map(|row| row.place).collect();
-    let sides = [0, 1].map(|axis| span(places.iter().map(|place| place[axis])));
-    let closest_of_shots = sorted(shots.iter().filter_map(closest));
-    let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && discs::are_two(shot);
-    Ok(Survey {
-        format: format.name(),
-        shots: shots.len(),
-        extent: sides.map(|[low, high]| high - low).into_iter().fold(0.0, f64::max),
-        closest: closest_of_shots.get(closest_of_shots.len() / 4).copied(),
-        tracks: beginnings(&shots),
-        stated_fps: clock.and_then(|clock| clock.fps),
-        unit: shots.first().and_then(|shot| shot.unit).map(Unit::name),
-        are_discs: guess.has_angles() || shots.iter().any(are_discs),
-        problems: problems.iter().map(ToString::to_string).collect(),
-        guess,
-        times_fps: shots.iter().find_map(followed),
-    })
-}
-
-/// Returns the names of tracks, and the median of the parts of the time at which each moves.
-fn beginnings(shots: &[RawShot]) -> Vec<(String, f64)> {
-    let mut tracks: IndexMap<&str, Vec<f64>> = IndexMap::new();
-    for shot in shots {
-        for track in shot.tracks.iter().filter(|track| !track.is_angle) {
-            if let Some(begin) = shot.beginning(track) {
-                tracks.entry(&track.name).or_default().push(begin);
+    fn read(file: &Path, guess: Guess) -> Result<Self, Vec<Problem>> {
+        let problems = Problems::new("");
+        let source = Source::new(file, "", &problems);
+        let settings = TrackSettings { discs: guess.has_angles(), ..TrackSettings::default() };
+        let mut settings = settings.checked(&source);
+        let mut certain = guess.columns.clone();
+        certain.retain(|key, _| !guess.is_doubtful(key));
+        settings.tracks.columns = Some(certain).filter(|columns| !columns.is_empty());
+        let job = Job { file, settings: &settings, notes: &Notes::default() };
+        let read = read::file(job, &problems, true);
+        let problems = problems.into_error().problems().to_vec();
+        match read {
+            // without rows, only names support the guess
+            Some(shots) if !shots.is_empty() || !guess.columns.is_empty() => {
+                Ok(Self { files: 1, shots, guess, problems })
             }
+            _ => Err(problems),
         }
     }
-    tracks.into_iter().map(|(name, all)| (name.to_string(), median(all))).collect()
-}
 
-fn closest(shot: &RawShot) -> Option<f64> {
-    let [one, other] = shot.centres()?;
-    // NaN in a gap, which `min` ignores
-    let distances = one.rows.iter().zip(&other.rows).map(|(one, other)| one.distance(other));
-    Some(distances.fold(f64::INFINITY, f64::min)).filter(|least| least.is_finite())
+    fn format(&self) -> Option<Format> {
+        Some(self.shots.first()?.stated.format)
+    }
+
+    /// Adds the tracks of another file.
+    pub(crate) fn and(mut self, other: Self) -> Self {
+        self.files += other.files;
+        self.shots.extend(other.shots);
+        self.problems.extend(other.problems);
+        self
+    }
+
+    /// Returns whether it shows neither tracks nor problems.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.problems.is_empty() && self.tracks().is_empty()
+    }
+
+    /// Returns whether the tracks are of discs: points keep their distances in two groups, or have
+    /// angles.
+    pub(crate) fn are_discs(&self) -> bool {
+        let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && are_two_discs(shot);
+        self.guess.has_angles() || self.shots.iter().any(are_discs)
+    }
+
+    /// Returns the names of tracks in the order of appearance, and the median of the parts of the
+    /// time at which each moves.
+    pub(crate) fn tracks(&self) -> Vec<(&str, f64)> {
+        let mut tracks: IndexMap<&str, Vec<f64>> = IndexMap::new();
+        for shot in &self.shots {
+            for track in shot.tracks.iter().filter(|track| !track.is_angle) {
+                if let Some(begin) = shot.beginning(track) {
+                    tracks.entry(&track.name).or_default().push(begin);
+                }
+            }
+        }
+        tracks.into_iter().map(|(name, all)| (name, median(all))).collect()
+    }
+
+    /// Returns the frame rate that the times follow, and their unit if it is not seconds.
+    pub(crate) fn times(&self) -> (Option<f64>, Option<&'static str>) {
+        match self.shots.iter().find_map(followed) {
+            Some(fps) if (fps - 1.0).abs() < 1e-3 => (None, Some("frames")),
+            Some(fps) if fps < 1e-3 * LEAST_FPS => (Some(1e6 * fps), Some("us")),
+            Some(fps) if fps < LEAST_FPS => (Some(1e3 * fps), Some("ms")),
+            fps => (fps, None),
+        }
+    }
+
+    /// Returns the values of the draft that the tracks show.
+    pub(crate) fn values(&self) -> Values {
+        let (fps, time_unit) = self.times();
+        let is_single =
+            self.shots.len() == self.files && self.shots.iter().all(|shot| shot.tracks.len() == 1);
+        let shots = if self.files > 1 && is_single {
+            "one ball each: two whose names differ by the ball only (kick-A.txt, kick-B.txt) are a shot"
+                .to_owned()
+        } else {
+            count_of(self.shots.len(), "shot")
+        };
+        context! {
+            count => count_of(self.files, "file"),
+            format => (self.files > 0).then(|| self.format().unwrap_or(Format::Columns).name()),
+            shots,
+            are_discs => self.are_discs(),
+            stated_fps => self.shots.first().and_then(|shot| shot.stated.fps).map(|fps| fps.to_string()),
+            fps => fps.map(|fps| ((1e4 * fps).round() / 1e4).to_string()),
+            time_unit,
+            faults => self.problems.iter().map(ToString::to_string).collect::<Vec<String>>(),
+            ..context! { ..self.lengths(), ..self.balls() }
+        }
+    }
+
+    /// Returns the extent of a shot's positions, their unit if it is stated or plausible, and the
+    /// balls: the largest whose diameter is at most the least distance of the centres, if the scale
+    /// is known.
+    fn lengths(&self) -> Values {
+        let extent = self.shots.iter().map(RawShot::extent).fold(0.0, f64::max);
+        // frames may be wrong, and slow cameras miss the contact: the first quartile of the shots
+        let closest = sorted(self.shots.iter().filter_map(RawShot::closest));
+        let nearest = closest.get(closest.len() / 4).copied().unwrap_or(f64::INFINITY);
+        let may_touch = self.are_discs() || nearest.is_infinite() || DIAMETERS.contains(&nearest);
+        let stated = self.shots.first().and_then(|shot| shot.stated.unit);
+        let unit = stated.or((METRES.contains(&extent) && may_touch).then_some(Unit::M));
+        let diameter = unit.and_then(Unit::metres).map(|(times, over)| nearest * times / over);
+        let diameter = diameter.filter(|nearest| *nearest < DIAMETERS.end).unwrap_or(0.0);
+        let ball = BALLS.iter().find(|(_, radius)| *radius <= 0.5 * NEARER * diameter);
+        context! {
+            extent => format!("{extent:.3}"),
+            is_table_sized => METRES.contains(&extent),
+            nearest => format!("{nearest:.4}"),
+            nearest_mm => format!("{:.1}", 1e3 * diameter),
+            stated_unit => stated.map(Unit::name),
+            unit => unit.map(Unit::name),
+            ball => ball.map(|(name, _)| *name),
+            radius => ball.map(|(_, radius)| radius.to_string()),
+        }
+    }
+
+    /// Returns which ball is the cue ball, and the guessed columns. Columns are exchanged if those
+    /// named object belong to the ball that moves first.
+    fn balls(&self) -> Values {
+        let (tracks, columns) = (self.tracks(), &self.guess.columns);
+        let order = match tracks.as_slice() {
+            [a, b] if a.1 + EARLIER < b.1 => Some([a.0, b.0]),
+            [a, b] if b.1 + EARLIER < a.1 => Some([b.0, a.0]),
+            _ => None,
+        };
+        // a table with a row per frame names the balls by its columns
+        let first_column = order.and_then(|[cue, _]| columns.get(&format!("{cue}_x"))).map(Column::shown);
+        // names such as cue and object are believed
+        let is_other = order.is_some_and(|[cue, _]| cue != "cue");
+        let is_believed = is_other && first_column.as_ref().is_some_and(|column| column.contains("obj"));
+        let are_exchanged = is_other && first_column.is_some() && !is_believed;
+        let line = |(key, column): (&String, &Column)| {
+            // the keys in the same order, with the columns of the other ball
+            let other = match key.split_once('_') {
+                Some(("cue", rest)) if are_exchanged => columns.get(&format!("object_{rest}")),
+                Some(("object", rest)) if are_exchanged => columns.get(&format!("cue_{rest}")),
+                _ => None,
+            };
+            let line = format!("{key} = {}", other.unwrap_or(column).shown());
+            context! { line, is_doubtful => self.guess.is_doubtful(key) }
+        };
+        let quoted_name = |name: &str| toml::Value::from(name).to_string();
+        context! {
+            layout => if columns.is_empty() { "auto" } else { "columns" },
+            tracks => quoted(tracks.iter().map(|(name, _)| name)),
+            first_column,
+            is_believed,
+            cue => order.map(|[cue, _]| quoted_name(cue)),
+            object => order.map(|[_, object]| quoted_name(object)),
+            has_wide_columns => columns.contains_key("cue_x"),
+            columns => columns.iter().map(line).collect::<Vec<Values>>(),
+        }
+    }
 }
 
 /// Guessed `[tracks.columns]`.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(in crate::io) struct Guess {
-    pub(crate) columns: Columns,
+#[derive(Default)]
+struct Guess {
+    columns: Columns,
     /// Whether names leave open if x and y are a corner of a box of the size here, or its middle.
-    pub(crate) is_size_doubtful: bool,
+    is_size_doubtful: bool,
 }
 
 impl Guess {
-    pub(in crate::io) fn is_doubtful(&self, key: &str) -> bool {
+    fn is_doubtful(&self, key: &str) -> bool {
         self.is_size_doubtful && (key.ends_with("width") || key.ends_with("height"))
-    }
-
-    fn certain(&self) -> Option<Columns> {
-        let mut columns = self.columns.clone();
-        columns.retain(|key, _| !self.is_doubtful(key));
-        (!columns.is_empty()).then_some(columns)
     }
 
     fn has_angles(&self) -> bool {
@@ -204,7 +301,7 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
         positions = std::mem::take(&mut markers);
     }
     let names_balls = |role| find(&names, role).is_some_and(|column| rows.values(column) > 1);
-    let boxes = boxes(&names, names_balls(BALLS) || names_balls(PERHAPS_BALLS));
+    let boxes = boxes(&names, names_balls(words::BALLS) || names_balls(PERHAPS_BALLS));
     let mut taken: Vec<usize> = all.iter().flat_map(|(pair, _)| *pair).collect();
     let mut angles: Vec<usize> =
         (0..names.len()).filter(|i| !taken.contains(i) && is_angle(&names[*i])).collect();
@@ -287,6 +384,6 @@ fn ball(
     let may_name = |column: &usize| {
         (positions == 1 || boxes == 1) && is_free(column) && rows.distinguishes_rows(*column, others)
     };
-    let stated = find(names, BALLS).filter(is_stated);
+    let stated = find(names, words::BALLS).filter(is_stated);
     stated.or_else(|| find(names, PERHAPS_BALLS).filter(may_name))
 }

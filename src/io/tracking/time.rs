@@ -3,10 +3,9 @@
 //! The clock of a file shows frame n at t = t₀ + n/rate, rounded to its resolution: whole numbers n
 //! are searched for that agree with all times.
 
-use super::input::{Log, Subject};
+use super::input::{Job, Subject};
 use super::raw::{RawShot, RawTrack, sorted, span};
-use super::settings::TrackSettings;
-use super::units::TimeUnit;
+use super::units::Unit;
 
 /// Largest relative deviation of the spacing of times from 1/`capture_fps`, and of a step from a
 /// whole number of frames, beyond its rounding.
@@ -19,62 +18,60 @@ const MAX_ROUNDING: f64 = 0.3;
 const MAX_EVEN: f64 = 0.01;
 const MAX_VARYING: f64 = 0.3;
 
+const NEEDS_RATE: &str = "expected [video] capture_fps, the frames per second that the camera recorded";
+
 /// Converts the times of a shot's rows to seconds of the camera's clock and returns its frame rate;
 /// `fps` is the stated one. `Err`: the reason, and the remedy.
-pub(super) fn convert(
-    shot: &mut RawShot,
-    fps: Option<f64>,
-    settings: &TrackSettings,
-    log: Log,
-) -> Result<f64, String> {
-    const NEEDS_RATE: &str = "expected [video] capture_fps, the frames per second that the camera recorded";
-    let (clock, playback_fps) = (shot.clock, settings.video.playback_fps);
-    if settings.video.has_unknown_rate() && (clock.unit != Some(TimeUnit::Frames) || clock.fps.is_some()) {
+pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<f64, String> {
+    let (stated, settings) = (shot.stated, job.settings);
+    let playback_fps = settings.video.playback_fps;
+    if settings.video.has_unknown_rate() && (stated.time != Some(Unit::Frames) || stated.fps.is_some()) {
         let message = "[video] capture_fps is \"unknown\", but this file has times; expected frame numbers, or no capture_fps";
         return Err(message.to_string());
     }
-    if let (Some(given), Some(stated)) = (fps, clock.fps)
-        && (given / stated - 1.0).abs() > MAX_OFF
+    if let (Some(given), Some(own)) = (fps, stated.fps)
+        && (given / own - 1.0).abs() > MAX_OFF
     {
         return Err(format!(
-            "the file states {stated} fps, but [video] capture_fps is {given}; expected the same, or no capture_fps"
+            "the file states {own} fps, but [video] capture_fps is {given}; expected the same, or no capture_fps"
         ));
     }
-    let fps = fps.or(clock.fps);
+    let fps = fps.or(stated.fps);
     let rate = playback_fps.or(fps);
-    let stated_unit = settings.tracks.time_unit.filter(|_| clock.rounding.is_none());
-    let unit = match clock.unit {
-        Some(TimeUnit::Frames) => TimeUnit::Frames,
+    let stated_unit = settings.tracks.time_unit.filter(|_| stated.rounding.is_none());
+    let unit = match stated.time {
+        Some(Unit::Frames) => Unit::Frames,
         Some(unit) => stated_unit.unwrap_or(unit),
         None => stated_unit.map_or_else(|| guess_unit(shot, rate), Ok)?,
     };
     let Some(second) = unit.seconds() else {
         let fps = fps.ok_or_else(|| format!("time is in frames; {NEEDS_RATE}"))?;
-        let rows = || shot.tracks.iter().flat_map(RawTrack::written);
-        if let Some(row) = rows().find(|row| row.time.fract() != 0.0) {
+        let mut rows = shot.tracks.iter().flat_map(|track| &track.rows);
+        if let Some(row) = rows.find(|row| row.time.fract() != 0.0) {
             return Err(format!(
                 "line {}: frame {} is not a whole number; if it is a time, say [tracks] time_unit",
                 row.line, row.time
             ));
         }
-        shot.set_times(shot.times.iter().map(|time| time / fps).collect());
+        shot.map_times(|time| time / fps);
         return Ok(fps);
     };
     let mut grid = Grid::of(shot, second);
     let line = shot.line;
-    let note = |message: String| log.add(Subject::Clock, line, message);
+    let note = |message: String| job.note(Subject::Clock, line, message);
     let (times, fps) = match rate.zip(fps) {
-        None => grid.own_times(note).map_err(|why| format!("{why}; {NEEDS_RATE}"))?,
+        None => grid.own_times(note)?,
         Some((rate, fps)) => {
             grid.count_repeated(shot, second, rate)?;
             (grid.camera_times([rate, fps], playback_fps.is_some(), note)?, fps)
         }
     };
-    let scaled = shot.times.iter().map(|time| time * second);
-    let new = |(i, time): (usize, f64)| {
-        times[if grid.are_rows { i } else { grid.times.partition_point(|other| *other < time) }]
-    };
-    shot.set_times(scaled.enumerate().map(new).collect());
+    if grid.are_rows {
+        let rows = shot.tracks.iter_mut().flat_map(|track| track.rows.iter_mut().zip(&times));
+        rows.for_each(|(row, time)| row.time = *time);
+    } else {
+        shot.map_times(|time| times[grid.times.partition_point(|other| *other < time * second)]);
+    }
     Ok(fps)
 }
 
@@ -93,15 +90,11 @@ struct Grid {
 impl Grid {
     /// Returns the grid of times in this unit.
     fn of(shot: &RawShot, second: f64) -> Self {
-        let times = shot.instants();
-        let resolution = shot.clock.rounding.unwrap_or_else(|| resolution(&times) * second);
+        let times = shot.times();
+        let resolution = shot.stated.rounding.unwrap_or_else(|| resolution(&times) * second);
         let times: Vec<f64> = times.iter().map(|time| time * second).collect();
         let spacing = spacing(&times, resolution);
         Self { times, are_rows: false, resolution, spacing }
-    }
-
-    fn is_coarse(&self, spacing: f64) -> bool {
-        self.resolution > MAX_OFF * spacing
     }
 
     /// Returns the time from the first one to the last.
@@ -114,14 +107,16 @@ impl Grid {
     fn count_repeated(&mut self, shot: &RawShot, second: f64, rate: f64) -> Result<(), String> {
         let is_whole = |t: &f64| (t * rate - (t * rate).round()).abs() < MAX_INEXACT;
         let has_time_per_frame = self.resolution * rate < 1.5 && self.times.iter().all(is_whole);
-        let repeats = self.times.len() < shot.times.len();
+        let times_of = |track: &RawTrack| -> Vec<f64> { track.rows.iter().map(|row| row.time).collect() };
+        let all: Vec<Vec<f64>> = shot.tracks.iter().map(times_of).collect();
+        let repeats = all.iter().any(|times| times.windows(2).any(|two| two[0] == two[1]));
         if !repeats || self.resolution <= MAX_ROUNDING / rate || has_time_per_frame {
             return Ok(());
         }
-        if shot.tracks.iter().any(|track| track.written().count() < shot.times.len()) {
+        if all.iter().any(|times| *times != all[0]) {
             return Err(self.too_coarse(rate));
         }
-        let times = shot.times.iter().map(|time| time * second).collect();
+        let times = all[0].iter().map(|time| time * second).collect();
         *self = Self { times, are_rows: true, spacing: rate.recip(), ..*self };
         Ok(())
     }
@@ -184,28 +179,26 @@ impl Grid {
         (frames, rounded.into_iter().find(possible).unwrap_or(fps))
     }
 
-    /// Returns the times and the frame rate of a camera whose rate is not stated. `Err`: why they
-    /// show no rate.
-    fn own_times(&self, note: impl Fn(String)) -> Result<(Vec<f64>, f64), &'static str> {
-        if self.spacing.is_nan() {
-            return Err("fewer than two times, which give no frame rate");
-        }
-        let (frames, fps) = self.own_frames();
-        let frames = frames.ok_or("times are not regularly spaced")?;
-        note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
-        Ok((self.without_rounding(&frames, fps), fps))
+    /// Returns the times and the frame rate of a camera whose rate is not stated.
+    fn own_times(&self, note: impl Fn(String)) -> Result<(Vec<f64>, f64), String> {
+        let why = match self.own_frames() {
+            _ if self.spacing.is_nan() => "fewer than two times, which give no frame rate",
+            (None, _) => "times are not regularly spaced",
+            (Some(frames), fps) => {
+                note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
+                return Ok((self.without_rounding(&frames, fps), fps));
+            }
+        };
+        Err(format!("{why}; {NEEDS_RATE}"))
     }
 
     /// Returns the times as they are written or, if the clock is coarse and follows these frames,
     /// without their rounding.
     fn without_rounding(&self, frames: &[f64], rate: f64) -> Vec<f64> {
-        let is_steady = self.is_coarse(rate.recip()) && self.first_apart(frames, rate).is_none();
+        let is_steady = self.resolution > MAX_OFF / rate
+            && first_apart(frames, &self.times, self.resolution, rate).is_none();
         let steady = || frames.iter().map(|frame| self.times[0] + frame / rate).collect();
         if is_steady { steady() } else { self.times.clone() }
-    }
-
-    fn first_apart(&self, frames: &[f64], rate: f64) -> Option<usize> {
-        first_apart(frames, &self.times, self.resolution, rate)
     }
 
     /// Returns whether times can be of this rate by their typical spacing or, for a clock that
@@ -244,7 +237,7 @@ impl Grid {
         }
         let spacing = if is_stated || self.spacing.is_nan() { rate.recip() } else { self.spacing };
         let Some(frames) = self.frames(spacing).or_else(|| self.frames(rate.recip())) else {
-            if self.is_coarse(spacing) {
+            if self.resolution > MAX_OFF * spacing {
                 return Err(self.too_coarse(rate));
             }
             note(format!(
@@ -253,7 +246,7 @@ impl Grid {
             return Ok(self.times.iter().map(|t| t * rate / fps).collect());
         };
         let first = self.times.first().copied().unwrap_or_default();
-        if let Some(row) = self.first_apart(&frames, rate).filter(|_| !is_stated) {
+        if let Some(row) = first_apart(&frames, &self.times, self.resolution, rate).filter(|_| !is_stated) {
             note(format!(
                 "after {:.0} frames times are more than half a frame off capture_fps = {fps} (a clock that drifts, or another rate); taken \
                  as they are written",
@@ -280,7 +273,7 @@ impl Grid {
 
 /// Returns the frame rate that the times of a shot follow; `None` for numbers of frames.
 pub(super) fn followed(shot: &RawShot) -> Option<f64> {
-    let second = shot.clock.unit.map_or(Some(1.0), TimeUnit::seconds)?;
+    let second = shot.stated.time.map_or(Some(1.0), Unit::seconds)?;
     let (_, fps) = Grid::of(shot, second).own_frames();
     Some(fps).filter(|fps| *fps > 0.0 && fps.is_finite())
 }
@@ -320,25 +313,25 @@ pub(super) fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: 
 }
 
 /// Returns the unit of a time column without one: that which agrees with the frame rate.
-fn guess_unit(shot: &RawShot, rate: Option<f64>) -> Result<TimeUnit, String> {
+fn guess_unit(shot: &RawShot, rate: Option<f64>) -> Result<Unit, String> {
     let help = "expected [tracks] time_unit = \"frames\", \"s\", \"ms\" or \"us\"";
     let grid = Grid::of(shot, 1.0);
     let (are_whole, spacing) = (grid.resolution >= 1.0, grid.spacing);
     let Some(rate) = rate else {
         if !are_whole && spacing < 0.2 {
-            return Ok(TimeUnit::S);
+            return Ok(Unit::S);
         }
         return Err(format!("the unit of the times is not stated; {help}, and [video] capture_fps"));
     };
-    let is_near = |unit: &TimeUnit| match unit.seconds() {
+    let is_near = |unit: &Unit| match unit.seconds() {
         Some(second) => grid.fits(rate * second),
         None => are_whole && (spacing - 1.0).abs() < MAX_OFF,
     };
-    let units: Vec<TimeUnit> = TimeUnit::ALL.into_iter().filter(is_near).collect();
+    let units: Vec<Unit> = Unit::S.alike().filter(is_near).collect();
     match units[..] {
         [unit] => Ok(unit),
         // a frame each millisecond: both units agree
-        [TimeUnit::Frames, TimeUnit::Ms] if rate == 1000.0 => Ok(TimeUnit::Frames),
+        [Unit::Frames, Unit::Ms] if rate == 1000.0 => Ok(Unit::Frames),
         [] => Err(format!(
             "times are {spacing} apart, which at {rate} fps is not a frame or its length in s, ms or µs; {help}, or another rate"
         )),
