@@ -8,6 +8,9 @@ use crate::film::rigid_body::distances;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::{SIGNIFICANT, median};
 
+/// Distance from its place of rest at which the object ball has moved, in standard deviations.
+const MIN_MOVED_ERRORS: f64 = 6.0;
+
 /// Minimum number of frames of each ball on either side, for a line and for a parabola.
 const MIN_FRAMES: usize = 3;
 const MIN_PARABOLA_FRAMES: usize = 5;
@@ -214,14 +217,14 @@ pub(crate) fn from_paths(shot: &TrackShot, noise: f64) -> Result<FirstGuess, Unu
     let away = |s: &Sample| (place(s) - lay).norm();
     // from here on: the next two frames are still further away, or as far on a coarse grid
     let moved = |w: &[Sample]| {
-        away(&w[0]) > SIGNIFICANT * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
+        away(&w[0]) > MIN_MOVED_ERRORS * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
     };
     let index = object.windows(3).position(moved).ok_or(Unusable::NoCollision(bodies))?;
     let after = &object[index..object.len().min(index + NEAR_FRAMES)];
     let start = Path::line(&object[..MIN_FRAMES], object[0].t);
     // correlated noise has a larger error
     let lasts = shot.frames_alike().sqrt();
-    if index < NEAR_FRAMES && start.velocity.norm() > SIGNIFICANT * noise * lasts * start.error {
+    if index < NEAR_FRAMES && start.velocity.norm() > MIN_MOVED_ERRORS * noise * lasts * start.error {
         return Err(without_start(&cue, &object, object[0].t, noise));
     }
     let time = Path::near(after, after[0].t, noise).passes(lay).ok_or(Unusable::NoCollision(bodies))?;

@@ -7,7 +7,7 @@
 use nalgebra::Vector2;
 
 use crate::measurement::track::{Sample, TrackShot};
-use crate::numerics::{SIGNIFICANT, median};
+use crate::numerics::median;
 
 type Point = Vector2<f64>;
 
@@ -18,6 +18,11 @@ const MIN_NEIGHBOURS: usize = 3;
 
 /// Largest difference between a step and a multiple of the median step, in median steps.
 const MAX_STEP_DEVIATION: f64 = 0.35;
+
+/// Least median step for which steps can be compared, in units of their root mean square deviation;
+/// and for a dropped frame, of which half a step more is then 3.5 standard deviations of one axis.
+const MIN_EVEN_NOISES: f64 = 4.0;
+const MIN_DROP_NOISES: f64 = 5.0;
 
 /// Ratios of a step to the median step at a drop: longer drops show in the numbers.
 const RATIOS: std::ops::RangeInclusive<f64> = 2.0..=8.0;
@@ -82,15 +87,18 @@ impl<'a> Steps<'a> {
         let off = sides.iter().zip(middles).flat_map(|(side, middle)| side.iter().map(move |v| v - middle));
         let squares: Vec<f64> = off.map(|off| off.norm_squared()).collect();
         let noise = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-        // steps well above the noise; equal medians on both sides, so that neighbours do not catch up
+        // equal medians on both sides, so that neighbours do not catch up
         let turns = (middles[0] - middles[1]).norm();
-        if !(length > SIGNIFICANT * noise && turns < MAX_STEP_DEVIATION * length) {
+        if !(length > MIN_EVEN_NOISES * noise && turns < MAX_STEP_DEVIATION * length) {
             return None;
         }
         // the number of median steps in this one, and the remainder
         let own = self.lengths[i]?;
         let whole = (own.dot(&typical) / (length * length)).round();
-        let is_drop = RATIOS.contains(&whole) && (own - typical * whole).norm() < MAX_STEP_DEVIATION * length;
+        let is_drop = RATIOS.contains(&whole)
+            && (own - typical * whole).norm() < MAX_STEP_DEVIATION * length
+            // at four standard deviations one step in a thousand looks like two
+            && length > MIN_DROP_NOISES * noise;
         Some(if is_drop { whole - 1.0 } else { 0.0 })
     }
 }

@@ -62,8 +62,8 @@ pub(crate) fn fit(problem: &mut Problem, start: &State) -> Option<Descent> {
 }
 
 /// Descends a few steps from a grid, of films over places, scale, μ and e with a noise as large as
-/// the first guesses are wrong, of large tables with some of the shots. From the best two goes on
-/// over everything free; returns the lower one.
+/// the first guesses are wrong, of large tables with some of the shots. From the best two, if they
+/// are different, goes on over everything free; returns the lower one.
 fn descend_coarsely(problem: &Problem, start: &State) -> Option<Evaluation> {
     let Thinned { problem: mut coarser, state, .. } = thin(problem, start);
     for sample in &mut coarser.samples {
@@ -74,8 +74,11 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Evaluation> {
     let is_film = problem.film().is_some();
     let mut free = problem.free();
     free.retain(|column| !is_film || COARSE.contains(&problem.unknowns[*column].id));
-    let coarse = descend_from_grid(&coarser, &state, &free, COARSE_STEPS[usize::from(!is_film)]);
+    let mut coarse = descend_from_grid(&coarser, &state, &free, COARSE_STEPS[usize::from(!is_film)]);
     let is_whole = state.own.iter().map(Vec::len).eq(start.own.iter().map(Vec::len));
+    if is_whole && coarse.len() == 1 {
+        return coarse.pop();
+    }
     let go_on = |coarse: Evaluation| {
         let own = if is_whole { coarse.state.own } else { start.own.clone() };
         let state = State { own, shared: coarse.state.shared };
@@ -199,7 +202,7 @@ pub(super) const STALL: f64 = 0.01;
 const FIRST_DAMPING: f64 = 1e-6;
 
 /// Evaluations of a descent at most, typical are 6.
-pub(super) const MAX_STEPS: usize = 50;
+pub(super) const MAX_STEPS: usize = 40;
 
 /// A descent that has ended.
 pub(crate) type Descent = least_squares::Descent<Evaluation>;
