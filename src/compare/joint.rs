@@ -11,7 +11,7 @@ use super::samples::{Alone, Samples};
 use crate::measurement::loss::Loss;
 use crate::problem::{
     self, Descent, Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, State, comply, descend,
-    descend_weighed, descend_with_noise, robust_covariance,
+    descend_with_noise, robust_covariance,
 };
 
 /// Ratio of lengths in two films, less 1, beyond which they are not by one camera that was not
@@ -53,7 +53,8 @@ impl<'a> Joint<'a> {
         }
         samples.findings.extend(compliance.map(|fall| Finding::Compliance { fall }));
         if problem.is_weighed() {
-            descent = descend_weighed(&mut problem, descent.end.state);
+            problem.weigh(&descent.end.state);
+            descent = descend_with_noise(&mut problem, descent.end.state);
         }
         problem.weigh_again(&mut descent.end);
         // χ² of likelihood ratios is that of the noise as it was estimated last

@@ -1,4 +1,6 @@
-//! A first guess of the impact of a shot, or the reason for its absence.
+//! A first guess of the impact of a shot, or the reason for its absence; and the part of each path
+//! that belongs to the shot: balls that come off a cushion, or off another ball, shortly before or
+//! after the impact have a corner in their path.
 
 use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
 

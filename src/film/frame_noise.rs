@@ -1,4 +1,8 @@
 //! The noise of the positions in the frames of a shot, before anything is fitted.
+//!
+//! A coordinate that was rounded to a grid of step h errs by h/√12 besides its noise. If noise or
+//! motion carry the ball over several steps, these errors are nearly independent. Otherwise one
+//! number repeats with the same error, and the repeated frames are worth one.
 
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::{NORMAL_MEDIAN, median};

@@ -26,8 +26,9 @@ pub(super) fn candidates(shots: &[Squares], least: f64, policy: &Policy) -> Vec<
     shots.iter().map(|shot| tail(shot.sum / typical, shot.count) < policy.shot_tail).collect()
 }
 
-/// Returns whether each shot is kept. With the variance s² = Σd²/(Σk − p) of the shots that are no
-/// candidates, `least` at least, and p unknowns, d²/(k s²) of a shot follows F(k, Σk − p).
+/// Returns whether each shot is kept. A shot has the sum of squares d² of k residuals. Those that
+/// are no candidates have the variance s² = Σd²/(Σk − p), `least` at least, with the number p of
+/// unknowns; d²/(k s²) of a shot follows F(k, Σk − p).
 pub(super) fn judge(shots: &[Squares], (unknowns, least): (f64, f64), policy: &Policy) -> Vec<bool> {
     let candidates = candidates(shots, least, policy);
     let others = shots.iter().zip(&candidates).filter(|(_, is_candidate)| !**is_candidate);

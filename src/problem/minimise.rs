@@ -105,8 +105,8 @@ pub(super) fn descend_from_grid(
     different(problem, ends, |end| &end.state)
 }
 
-/// Returns states with values of μ and κ that descents start from if they are free: a list of each
-/// κ.
+/// Returns the states that descents start from: a list for each κ, with a state for each μ; of μ or
+/// κ that is not free the present value.
 pub(super) fn grid(problem: &Problem, start: &State) -> Vec<Vec<State>> {
     let mus = if problem.film().is_some() { &MUS[OF_FILMS] } else { &MUS };
     let with = |state: &State, id: Id, values: &[f64]| -> Vec<State> {
@@ -132,7 +132,7 @@ fn free_columns(problem: &Problem, id: Id) -> Vec<usize> {
     problem.columns_of(id).into_iter().filter(is_free).collect()
 }
 
-/// Returns the ends of descents without those that are at the minimum of one before.
+/// Returns one end of descents for each minimum, the first; minima differ in μ or κ.
 pub(super) fn different<T>(problem: &Problem, ends: Vec<T>, state: impl Fn(&T) -> &State) -> Vec<T> {
     let columns = [Id::Mu, Id::Kappa].map(|id| free_columns(problem, id)).concat();
     let are_apart = |a: &State, b: &State| {
@@ -166,15 +166,6 @@ pub(crate) fn thin(problem: &Problem, state: &State) -> Thinned {
         (0..count).map(|i| (i + 1) * ENOUGH_SHOTS / count > i * ENOUGH_SHOTS / count).collect();
     problem.retain(0, &mut state, &keep);
     Thinned { problem, state, factor: count as f64 / ENOUGH_SHOTS as f64 }
-}
-
-/// Minimises with what weight and cloth do during the contact, computed at `state` and once more
-/// after the fit has moved.
-pub(crate) fn descend_weighed(problem: &mut Problem, state: State) -> Descent {
-    problem.weigh(&state);
-    let moved = descend_with_noise(problem, state).end.state;
-    problem.weigh(&moved);
-    descend_with_noise(problem, moved)
 }
 
 /// Minimises over everything free, and again with the noise and the spreads that the residuals show

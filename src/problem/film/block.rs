@@ -211,8 +211,8 @@ impl FilmBlock {
     }
 }
 
-/// Returns the sums on the side of a corner on which χ² decreases; if it is least there, with the
-/// topspin held.
+/// Returns the sums on the side of the corner on which χ² decreases; if it does on neither, those
+/// with the topspin held.
 fn from_corner(own: &Own, add_up: impl Fn(&Own) -> Contribution) -> Contribution {
     let beside = |topspin: f64| {
         let mut own = own.clone();

@@ -197,7 +197,7 @@ pub(crate) fn spin_freely(
     let topspins: Vec<f64> = sliding.map(|(shot, own)| shot.spin.topspin_of(own)).collect();
     let sliding = topspins.len();
     let topspin = if sliding == 0 { 1.0 } else { topspins.iter().sum::<f64>() / sliding as f64 };
-    // too few shots may not determine so many unknowns
+    // few shots may not determine all of these unknowns
     Estimates::new(&free, &descent.end)?;
     let finding = Some(Finding::Spins { fall, topspin, sliding });
     Some(Refit { problem: free, descent, fall, finding })

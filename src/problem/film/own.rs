@@ -14,7 +14,8 @@ pub(crate) const DIRECTION: usize = 3;
 pub(crate) const ALONG: usize = 4;
 /// Velocity of the cue ball across the line of centres.
 pub(crate) const ACROSS: usize = 5;
-/// Topspin over that of natural roll, less what shots of this kind share.
+/// Topspin over that of natural roll, of a ball that slides; less the measured one, if its spin is
+/// measured; 0 and held for a ball that rolls.
 pub(crate) const TOPSPIN: usize = 6;
 /// Side spin Rω_z/U.
 pub(crate) const SIDE: usize = 7;

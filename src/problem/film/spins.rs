@@ -172,7 +172,7 @@ impl ShotSpin {
         values
     }
 
-    /// Returns the values after a step, which ends where topspin becomes draw.
+    /// Returns the values after a step, which ends at the change from topspin to draw.
     pub fn bounded(&self, from: &Own, mut values: Own) -> Own {
         if self.has_corner() && from[own::TOPSPIN] * values[own::TOPSPIN] < 0.0 {
             values[own::TOPSPIN] = 0.0;
@@ -180,8 +180,8 @@ impl ShotSpin {
         self.within(values)
     }
 
-    /// Returns whether χ² has a corner where topspin becomes draw: friction lifts the cue ball or the
-    /// object ball.
+    /// Returns whether χ² has a corner at the change from topspin, with which friction lifts the cue
+    /// ball, to draw, with which it lifts the object ball.
     fn has_corner(&self) -> bool {
         self.mean == Some(Id::Slide)
     }
