@@ -221,9 +221,10 @@ fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
     let names: Vec<String> = counts.iter().map(ToString::to_string).chain(names).collect();
     let is_of_names =
         |row: &&Vec<String>| row[0] != "MARKER_NAMES" && row.iter().any(|cell| cell.ends_with(" X"));
-    if header.iter().rev().find(is_of_names).is_some_and(|row| !row.starts_with(&names)) {
+    if let Some(row) = header.iter().rev().find(is_of_names).filter(|row| !row.starts_with(&names)) {
+        let (found, expected) = (listed(&row[..row.len().min(names.len())]), listed(&names));
         let message =
-            format!("the columns are not called {}; expected an export of 3D markers", listed(&names));
+            format!("the columns are {found}; expected {expected}, as MARKER_NAMES has the markers");
         input.wrong(header.len(), None, message);
         return None;
     }
