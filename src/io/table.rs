@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 
 use super::error::{Problems, did_you_mean, nearest};
 use super::manifest::StatedSpin;
-use super::number::{Mark, Place, parse};
-use super::text::{Slip, cells, filled_lines, line_end, name_of, read_utf8, without_separator_line};
+use super::text::{
+    Mark, Place, Slip, cells, filled_lines, line_end, name_of, parse, read_utf8, without_separator_line,
+};
 use crate::measurement::fault::{Condition, Fault, POSITIVE};
 use crate::measurement::number::count_of;
 use crate::measurement::observable::Measured;

@@ -126,3 +126,156 @@ pub(crate) fn cells(line: &str, separator: Separator) -> Result<Vec<Cow<'_, str>
 pub(crate) fn trimmed(line: &str, separator: Separator) -> Option<Vec<String>> {
     Some(cells(line, separator).ok()?.into_iter().map(Cow::into_owned).collect())
 }
+
+/// A cell of a table, and its place.
+#[derive(Clone, Copy)]
+pub(crate) struct Place<'a> {
+    pub(crate) file: &'a Path,
+    pub(crate) line: usize,
+    pub(crate) column: &'a str,
+    pub(crate) text: &'a str,
+    pub(crate) problems: &'a Problems,
+}
+
+impl Place<'_> {
+    pub(crate) fn wrong(&self, message: impl Into<String>) {
+        self.problems.add(self.file, self.line, self.column, message);
+    }
+
+    /// Returns the number; every other cell than a number or a gap is a problem.
+    fn read(&self) -> Option<f64> {
+        parse(self.text).unwrap_or_else(|why| {
+            let text = shortened(self.text.trim());
+            self.wrong(format!("\"{text}\" {why}; expected a finite number or an empty cell"));
+            None
+        })
+    }
+}
+
+/// Words that programs write instead of a missing number, in small letters.
+const GAPS: [&str; 16] = [
+    "nan", "na", "n/a", "n/d", "#n/a", "#div/0!", "#value!", "null", "none", "nil", "?", "\\n", "-", "--",
+    "\u{2013}", "\u{2014}",
+];
+
+/// Largest number of bytes of a number.
+const LONGEST: usize = 64;
+
+/// Reads a cell; `None` if it is empty, an error if it is not a number as a whole: sign (`-`, `+`,
+/// U+2212), digits with at most one decimal mark (point or comma), exponent (after e or, as in
+/// Fortran, d).
+pub(crate) fn parse(cell: &str) -> Result<Option<f64>, &'static str> {
+    let cell = cell.trim();
+    let is_plain = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit() || b".+-eE".contains(&byte));
+    let plain = |c| match c {
+        '\u{2212}' => '-',
+        ',' => '.',
+        'd' | 'D' => 'e',
+        c => c,
+    };
+    // most cells are plain, and are not copied
+    let text: Cow<str> = if is_plain(cell) { cell.into() } else { cell.chars().map(plain).collect() };
+    match text.parse().ok().filter(|_| is_plain(&text)) {
+        _ if cell.len() > LONGEST => Err("is too long for a number"),
+        Some(value) if f64::is_finite(value) => Ok(Some(value)),
+        Some(_) => Err("is not a finite number"),
+        None if cell.is_empty() || GAPS.iter().any(|gap| cell.eq_ignore_ascii_case(gap)) => Ok(None),
+        None if is_plain(&text) && cell.matches(MARKS).count() > 1 => {
+            Err("has two decimal marks: export without a mark between thousands")
+        }
+        None => Err("is not a number"),
+    }
+}
+
+/// Returns the number that a cell holds, if it holds one.
+pub(crate) fn value(cell: &str) -> Option<f64> {
+    parse(cell).ok().flatten()
+}
+
+const MARKS: [char; 2] = ['.', ','];
+
+/// The decimal mark of one kind of cells (times, or coordinates): the same in all.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Mark {
+    /// The decimal mark, with the line of the first.
+    seen: Option<(char, usize)>,
+    complained: bool,
+    /// The first cell like 1,874, which may be thousands: line, column and cell.
+    grouped: Option<(usize, String, String)>,
+    /// A whole number of three digits without a mark, with its line: it goes with thousands.
+    hundreds: Option<(usize, String)>,
+    /// Whether some cell has a mark that can only be a decimal one.
+    is_decimal: bool,
+}
+
+impl Mark {
+    /// Returns the number of a cell, `None` if it is empty or wrong; the latter is a problem.
+    pub(crate) fn number(&mut self, cell: Place) -> Option<f64> {
+        let value = self.beside(cell)?;
+        let text = cell.text.trim();
+        let digits = text.strip_prefix(['-', '+', '\u{2212}']).unwrap_or(text);
+        let is_group = |text: &str, least: usize| {
+            (least..=3).contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_digit())
+        };
+        let begins_with_0 = digits.starts_with('0');
+        match digits.split_once(MARKS) {
+            None if !begins_with_0 && is_group(digits, 3) => {
+                self.hundreds.get_or_insert_with(|| (cell.line, text.to_string()));
+            }
+            None => {}
+            // 1,874 or -12,005
+            Some((whole, rest)) if !begins_with_0 && is_group(whole, 1) && is_group(rest, 3) => {
+                self.grouped.get_or_insert_with(|| (cell.line, cell.column.to_string(), text.to_string()));
+            }
+            Some(_) => self.is_decimal = true,
+        }
+        Some(value)
+    }
+
+    /// Returns the number of a cell that stands beside these in a unit of its own: it does not show
+    /// whether marks are of thousands. Complains once about a mark that differs from that of the
+    /// cells above.
+    pub(crate) fn beside(&mut self, cell: Place) -> Option<f64> {
+        let value = cell.read()?;
+        let Some(mark) = cell.text.chars().find(|c| MARKS.contains(c)) else { return Some(value) };
+        let (other, at) = *self.seen.get_or_insert((mark, cell.line));
+        if other != mark && !self.complained {
+            self.complained = true;
+            cell.wrong(format!(
+                "\"{}\" has a decimal {}, but line {at} a decimal {}; expected one of them throughout",
+                cell.text.trim(),
+                word(mark),
+                word(other)
+            ));
+        }
+        Some(value)
+    }
+
+    /// Complains if 1,874 beside 998 may be 1.874 or 1874.
+    pub(crate) fn finish(&self, file: &Path, problems: &Problems) {
+        if let (Some((line, column, cell)), Some((other, plain)), false) =
+            (&self.grouped, &self.hundreds, self.is_decimal)
+        {
+            let message = format!(
+                "\"{cell}\" beside \"{plain}\" (line {other}) may be thousands or have a decimal {}; expected numbers without a mark \
+                 between thousands, and more digits where it is decimal",
+                self.seen.map_or("mark", |(mark, _)| word(mark))
+            );
+            problems.add(file, *line, column.as_str(), message);
+        }
+    }
+
+    pub(crate) fn is_comma(&self) -> bool {
+        self.seen.is_some_and(|(mark, _)| mark == ',')
+    }
+}
+
+fn word(mark: char) -> &'static str {
+    if mark == ',' { "comma" } else { "point" }
+}
+
+/// Returns at most 40 characters of a text, for messages.
+pub(crate) fn shortened(text: &str) -> String {
+    let end = text.char_indices().nth(40).map(|(end, _)| end);
+    end.map_or(text.to_string(), |end| format!("{}…", &text[..end]))
+}

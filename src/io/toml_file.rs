@@ -14,8 +14,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{DatasetError, Problems, did_you_mean};
-use super::number::shortened;
-use super::text::read_utf8;
+use super::text::{read_utf8, shortened};
 use crate::measurement::fault::Fault;
 
 /// Types of a schema with the types of TOML that fit them, and their words.

@@ -1,15 +1,14 @@
 //! Conversion of a file's rows to a shot: balls, times, and positions in metres.
 
-use super::calibration::Calibration;
-use super::input::{Job, Subject};
+use super::camera::Calibration;
 use super::names::{assign, find_discs, number_twins};
-use super::raw::{RawShot, RawTrack, Role, Row, sorted};
+use super::raw::{Job, RawShot, RawTrack, Role, Row, Subject, sorted};
 use super::repair::{self, Wrong};
 use super::shots_table::Facts;
 use super::time;
 use super::units::Unit;
 use crate::film::rigid_body::circle_centres;
-use crate::io::number::shortened;
+use crate::io::text::shortened;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 
 /// Least number of different steps between neighbouring coordinates: fewer fit some grid by chance.

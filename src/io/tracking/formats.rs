@@ -1,16 +1,13 @@
 //! Formats of tables that are recognised by their content.
 
-use super::clock::seconds;
 use super::heading::{Heading, Rows};
-use super::input::{Input, Subject, listed};
-use super::layout::{Block, Body, Layout};
-use super::raw::Stated;
+use super::raw::{Input, Stated, Subject, listed};
+use super::reader::{Block, Body, Layout};
 use super::settings::Format;
-use super::units::Unit;
+use super::units::{Unit, seconds};
 use super::words::{BALLS, Kind, SHOTS, boxes, find, pairs};
-use crate::io::number::{parse, value};
 use crate::io::table::near_miss;
-use crate::io::text::{Separator, filled_lines, lines, trimmed};
+use crate::io::text::{Separator, filled_lines, lines, parse, trimmed, value};
 
 /// Function that returns the layout of a file that begins with these lines; `None` if the file is
 /// in another format, or faulty (then a problem is added).

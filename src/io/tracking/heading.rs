@@ -3,12 +3,10 @@
 
 use std::collections::HashMap;
 
-use super::clock::is_clock;
-use super::input::Input;
+use super::raw::Input;
 use super::time::{first_apart, resolution};
-use super::units::Unit;
-use crate::io::number::{parse, value};
-use crate::io::text::{SEPARATORS, Separator, filled_lines, trimmed, unmarked};
+use super::units::{Unit, is_clock};
+use crate::io::text::{SEPARATORS, Separator, filled_lines, parse, trimmed, unmarked, value};
 
 /// Maximum number of lines of titles above the names of columns, as spreadsheets have.
 pub(super) const TITLES: usize = 10;

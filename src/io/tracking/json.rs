@@ -3,11 +3,10 @@
 use indexmap::IndexMap;
 use serde_json::value::RawValue;
 
-use super::input::{Input, Subject};
-use super::raw::{RawShot, RawTrack, Row, Stated};
+use super::raw::{Input, RawShot, RawTrack, Row, Stated, Subject};
 use super::settings::Format;
 use super::units::Unit;
-use crate::io::number::{parse, shortened, value};
+use crate::io::text::{parse, shortened, value};
 use crate::measurement::number::count_of;
 
 /// Keys with one meaning, the most common first.

@@ -4,17 +4,11 @@
 //! rows, tracks and shots, in the file's units ([`raw`]); balls are assigned, times converted and
 //! faults of the camera repaired ([`finish`]).
 
-mod calibration;
 pub(crate) mod camera;
-mod clock;
-mod column_names;
-mod columns;
 mod finish;
 mod formats;
 mod heading;
-mod input;
 mod json;
-mod layout;
 mod names;
 mod pieces;
 mod raw;
@@ -31,8 +25,7 @@ mod words;
 use std::fs;
 use std::path::PathBuf;
 
-use input::{Job, Notes, Subject, listed};
-use raw::{RawShot, Stated};
+use raw::{Job, Notes, RawShot, Stated, Subject, listed};
 use rayon::prelude::*;
 use repair::Wrong;
 use settings::{Format, TrackSettings};

@@ -4,12 +4,11 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use super::input::{Job, Notes, Subject, listed, quoted, stem};
-use super::raw::{RawShot, RawTrack, Role, Row, sorted, span};
+use super::raw::{Job, Notes, RawShot, RawTrack, Role, Row, Subject, listed, quoted, sorted, span, stem};
 use super::repair::Wrong;
 use super::settings::{NAMED, Names, TrackSettings};
 use super::shots_table::Facts;
-use crate::io::number::shortened;
+use crate::io::text::shortened;
 use crate::numerics::median;
 
 /// Largest relative change of the distance of two points on one body. Points of one puck change

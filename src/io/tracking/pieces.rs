@@ -1,9 +1,8 @@
 //! Which rows are one ball in one clip: clips in a table without a column of shots are separated,
 //! rows that do not name the ball are followed, and pieces of tracks with new ids are joined.
 
-use super::input::{Input, Job, Subject};
 use super::names::find;
-use super::raw::{RawShot, RawTrack, Row, jump_speed};
+use super::raw::{Input, Job, RawShot, RawTrack, Row, Subject, jump_speed};
 use super::repair::remove_lost;
 use super::settings::TrackSettings;
 use crate::numerics::median;

@@ -1,8 +1,7 @@
 //! Faults between the camera and the file: lost balls, duplicate rows, rows out of order, repeated
 //! frames, exchanged names of balls. They are repaired if the repair is certain.
 
-use super::input::{Job, Subject};
-use super::raw::{RawShot, RawTrack, Row, jump_speed, sorted, value_at};
+use super::raw::{Job, RawShot, RawTrack, Row, Subject, jump_speed, sorted, value_at};
 
 /// Least ratio of the step after a frame in which both balls stand still to the step before it at
 /// which the frame is a repeated one: the lost frame's motion is then in the step.

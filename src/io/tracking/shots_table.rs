@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
 
-use super::input::listed;
-use super::raw::RawShot;
+use super::raw::{RawShot, listed};
 use super::settings::{NAMED, Names, TrackSettings};
 use crate::io::error::{Problems, did_you_mean};
 use crate::io::manifest::StatedSpin;

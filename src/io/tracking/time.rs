@@ -3,9 +3,9 @@
 //! The clock of a file shows frame n at t = t₀ + n/rate, rounded to its resolution: whole numbers n
 //! are searched for that agree with all times.
 
-use super::input::{Job, Subject};
-use super::raw::{RawShot, RawTrack, sorted, span};
+use super::raw::{Job, RawShot, RawTrack, Subject, sorted, span};
 use super::units::Unit;
+use crate::numerics::median;
 
 /// Largest relative deviation of the spacing of times from 1/`capture_fps`, and of a step from a
 /// whole number of frames, beyond its rounding.
@@ -17,6 +17,9 @@ const MAX_ROUNDING: f64 = 0.3;
 /// Largest relative difference of an even clock's steps beyond rounding, and of a varying one's.
 const MAX_EVEN: f64 = 0.01;
 const MAX_VARYING: f64 = 0.3;
+
+/// Frames per second of time codes.
+const CODE_RATES: [f64; 6] = [24.0, 25.0, 30.0, 48.0, 50.0, 60.0];
 
 const NEEDS_RATE: &str = "expected [video] capture_fps, the frames per second that the camera recorded";
 
@@ -337,4 +340,27 @@ fn guess_unit(shot: &RawShot, rate: Option<f64>) -> Result<Unit, String> {
         )),
         _ => Err(format!("times may be frames or ms at {rate} fps; {help}")),
     }
+}
+
+/// Converts times h:mm:ss:ff to numbers of frames, and returns the frame rate. `None`, without
+/// changes, for hundredths: frames begin again at a film's rate when a second is full.
+pub(super) fn count_frames(shots: &mut [RawShot]) -> Option<f64> {
+    let split = |time: f64| {
+        let whole = (time + 1e-6).floor();
+        (whole, (100.0 * (time - whole)).round())
+    };
+    let mut times = sorted(shots.iter().flat_map(RawShot::times));
+    times.dedup();
+    let parts: Vec<(f64, f64)> = times.iter().map(|time| split(*time)).collect();
+    let last = parts.iter().map(|(_, frame)| *frame).fold(0.0, f64::max);
+    let full: Vec<_> = parts.windows(2).filter(|two| two[1].0 == two[0].0 + 1.0).collect();
+    let within = parts.windows(2).filter(|two| two[1].0 == two[0].0).map(|two| two[1].1 - two[0].1);
+    let step = Some(median(within.collect())).filter(|step| step.is_finite() && !full.is_empty())?;
+    let follows = |rate: f64| full.iter().all(|two| rate + two[1].1 - two[0].1 == step);
+    let rate = CODE_RATES.into_iter().find(|rate| *rate > last && follows(*rate))?;
+    for shot in shots {
+        let number = |(whole, frame): (f64, f64)| rate * whole + frame;
+        shot.map_times(|time| number(split(time)));
+    }
+    Some(rate)
 }
