@@ -1,5 +1,4 @@
-//! Files, or the tables in folders → a commented dataset.toml from a template, with blanks for
-//! what the files do not show.
+//! Files, or the tables in folders → a commented dataset.toml, with blanks for what they do not show.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -10,9 +9,8 @@ use toml::Value;
 
 use super::error::Problem;
 use super::table::separator;
-use super::text::{decode, filled_lines, trimmed, without_separator_line};
-use super::tracking::shots_table::KNOWN;
-use super::tracking::{Survey, TRACKER_PROJECT, is_tracker_project};
+use super::text::{beginning, decode, filled_lines, trimmed, without_separator_line};
+use super::tracking::{KNOWN, Survey, TRACKER_PROJECT, is_tracker_project};
 use crate::words::Sentences;
 
 /// The dataset.toml. A comment behind a tab is aligned; a line behind > is a finding. A key behind #
@@ -21,18 +19,12 @@ const TEMPLATE: &str = include_str!("draft.jinja");
 
 /// Name of the table of properties of single shots.
 const SHOTS: &str = "shots.csv";
-
-/// Endings of tables, if a folder is named.
-const TABLES: [&str; 4] = ["csv", "txt", "tsv", "dat"];
-
-/// Endings of files considered if tables are missing; ImageJ calls its tables .xls, OpenSim .trc,
-/// Tracker its projects .trk and .trz.
-const OTHER_ENDINGS: [&str; 5] = ["json", "xls", "trc", "trk", "trz"];
-
+/// Endings of tables in a folder and, if it lacks them, of other files: ImageJ calls its tables
+/// .xls, OpenSim .trc, Tracker its projects .trk and .trz.
+const ENDINGS: [&[&str]; 2] = [&["csv", "txt", "tsv", "dat"], &["json", "xls", "trc", "trk", "trz"]];
 /// Least number of one-frame files that are not tables of shots, and maximum of boxes in each.
 const FRAMES: usize = 10;
 const BOXES: usize = 5;
-
 /// Least number of rows of a table, and of numbers in each.
 const ROWS: usize = 2;
 const NUMBERS: usize = 2;
@@ -40,7 +32,7 @@ const NUMBERS: usize = 2;
 /// A dataset.toml that was drafted.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Draft {
-    /// The folder that the draft belongs in: the one that holds all the files.
+    /// The folder that holds all the files.
     pub(crate) folder: PathBuf,
     /// Findings about the files, in sentences.
     pub(crate) found: Vec<String>,
@@ -48,7 +40,6 @@ pub(crate) struct Draft {
     pub(crate) tracks: Vec<String>,
     /// Frames per second that the times in the files follow, if they are in seconds.
     pub(crate) follows: Option<f64>,
-    /// Whether the files show discs, and not balls.
     pub(crate) are_discs: bool,
     lines: Vec<String>,
 }
@@ -64,17 +55,6 @@ fn toml(value: impl Into<Value>) -> String {
 }
 
 impl Draft {
-    /// Adds a filled template.
-    fn add(&mut self, text: &str) {
-        for line in text.lines() {
-            match (line.strip_prefix("> "), line.split_once("\t# ")) {
-                (Some(finding), _) => self.found.push(finding.to_owned()),
-                (_, Some((line, comment))) => self.lines.push(format!("{line:<28} # {comment}")),
-                _ => self.lines.push(line.to_owned()),
-            }
-        }
-    }
-
     /// Returns the text of the dataset.toml.
     pub(crate) fn text(&self) -> String {
         self.lines.join("\n") + "\n"
@@ -150,10 +130,10 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
     let Some(first) = seen.first() else { return Err(refused(here, "holds no table")) };
     let name = std::path::absolute(here).unwrap_or_else(|_| here.to_path_buf());
     let name = name.file_name().map_or("my-data".into(), |name| name.to_string_lossy().into_owned());
-    let relative = seen.iter().map(|Seen { file, .. }| {
+    let relative = |Seen { file, .. }: &Seen| {
         file.strip_prefix(&draft.folder).unwrap_or(file).to_string_lossy().replace('\\', "/")
-    });
-    let relative: Vec<String> = relative.collect();
+    };
+    let files: Vec<String> = seen.iter().map(relative).collect();
     let (file, kind, has_spins) = (first.file.clone(), first.kind, first.has_spins);
     let survey = seen.into_iter().filter_map(|seen| seen.survey).reduce(Survey::and).unwrap_or_default();
     draft.tracks = survey.tracks().into_iter().map(|(name, _)| name.to_owned()).collect();
@@ -162,7 +142,7 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
     let values = context! {
         name => toml(name),
         kind => toml(kind),
-        files => toml(relative),
+        files => toml(files),
         is_film => kind == "tracks",
         has_spins,
         file => file.display().to_string(),
@@ -172,7 +152,13 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
         columns_of_shots => KNOWN.split(' ').skip(1).collect::<Vec<_>>().join(", "),
         ..survey.values()
     };
-    draft.add(&Sentences::of(TEMPLATE).sentence(values));
+    for line in Sentences::of(TEMPLATE).sentence(values).lines() {
+        match (line.strip_prefix("> "), line.split_once("\t# ")) {
+            (Some(finding), _) => draft.found.push(finding.to_owned()),
+            (_, Some((line, comment))) => draft.lines.push(format!("{line:<28} # {comment}")),
+            _ => draft.lines.push(line.to_owned()),
+        }
+    }
     Ok(draft)
 }
 
@@ -181,11 +167,8 @@ fn first_lines(file: &Path) -> Vec<String> {
     const MAX_LINES: usize = 6;
     const MAX_CHARACTERS: usize = 160;
     let bytes = std::fs::read(file).unwrap_or_default();
-    let shortened = |(_, line): (usize, &str)| {
-        let short: String = line.chars().take(MAX_CHARACTERS).collect();
-        format!("{short}{}", if short.len() < line.len() { "…" } else { "" })
-    };
-    filled_lines(&decode(&bytes).0).take(MAX_LINES).map(shortened).collect()
+    let text = decode(&bytes).0;
+    filled_lines(&text).take(MAX_LINES).map(|(_, line)| beginning(line, MAX_CHARACTERS)).collect()
 }
 
 /// The content of a file.
@@ -228,7 +211,7 @@ fn tables(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
         MatchOptions { case_sensitive: false, require_literal_leading_dot: true, ..MatchOptions::new() };
     let escaped = PathBuf::from(Pattern::escape(&folder.to_string_lossy()));
     for depth in ["", "*/", "*/*/"] {
-        for endings in [&TABLES[..], &OTHER_ENDINGS[..]] {
+        for endings in ENDINGS {
             let patterns = endings.iter().map(|ending| escaped.join(format!("{depth}*.{ending}")));
             let paths = patterns.flat_map(|pattern| glob_with(&pattern.to_string_lossy(), options));
             let mut tables: Vec<PathBuf> = paths.flatten().flatten().filter(|path| path.is_file()).collect();
@@ -243,7 +226,7 @@ fn tables(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
     Err(refused(folder, message))
 }
 
-/// Returns whether a file, whose name ends in a number, holds the boxes of a frame: class, x, y,
+/// Returns whether a file whose name ends in a number holds the boxes of a frame: class, x, y,
 /// width, height, and perhaps a confidence.
 fn is_frame(file: &Path) -> bool {
     let name = file.file_stem().unwrap_or_default().to_string_lossy();

@@ -32,10 +32,9 @@ pub(crate) struct Manifest {
     pub(crate) dataset: Dataset,
     pub(crate) kind: Kind,
     pub(crate) files: Vec<PathBuf>,
-    /// The discs, if the data are of discs (kind `tracks`).
+    /// The discs of films of them.
     pub(crate) discs: Option<Discs>,
     pub(crate) assume: StatedSpin,
-    /// Settings of kind `tracks`.
     pub(crate) tracks: Option<TrackSettings>,
 }
 
@@ -57,16 +56,16 @@ worded! {
 }
 
 /// Statement of dataset.toml, or of a row of a table, about the cue ball's spin.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) enum StatedSpin {
     Is(Spin),
     /// The spin is said to be measured, without numbers.
     Measured,
+    #[default]
     Unstated,
 }
 
 impl StatedSpin {
-    /// The words for it.
     pub(crate) const WORDS: [&str; 4] = ["stun", "natural-roll", "measured", "unknown"];
 
     pub(crate) fn named(word: &str) -> Option<Self> {
@@ -181,12 +180,11 @@ impl Keys {
         let is_forbidden = |c: char| c == '/' || c == '\\' || c.is_control();
         let is_good = !["", ".", ".."].contains(&name) && name.trim() == name && !name.contains(is_forbidden);
         if !is_good || name.len() > MAX_NAME_BYTES {
-            let message = format!(
-                "name is {}; expected one that can name a folder: at most {MAX_NAME_BYTES} bytes, without slashes, control \
-                 characters and blanks around it",
-                source.written("name")
+            let expected = format!(
+                "one that can name a folder: at most {MAX_NAME_BYTES} bytes, without slashes, control \
+                 characters and blanks around it"
             );
-            source.wrong("name", message);
+            source.add(&[Fault::new("name", source.written("name"), expected)]);
         }
     }
 
@@ -266,26 +264,20 @@ struct SettingSection {
 }
 
 impl FitSection {
-    /// Returns the setting of each parameter; `kappa` follows from the Poisson's ratio of the
-    /// balls' material.
-    pub(crate) fn settings(&self, kappa: f64, source: &Source) -> Settings {
+    /// Returns the setting of each parameter; `material_kappa` follows from Poisson's ratio.
+    pub(crate) fn settings(&self, material_kappa: f64, source: &Source) -> Settings {
         let falls = self.friction == Friction::Exponential;
         let mut settings = Settings { falls, e_falls: self.e_slope.is_some(), ..Settings::default() };
-        settings[Parameter::Kappa].initial = kappa;
-        for (parameter, given) in [
-            (Parameter::Mu, &self.mu),
-            (Parameter::MuS, &self.mu_s),
-            (Parameter::E, &self.e),
-            (Parameter::B, &self.mu_b),
-            (Parameter::C, &self.mu_c),
-            (Parameter::Kappa, &self.kappa),
-            (Parameter::ESlope, &self.e_slope),
-        ] {
+        settings[Parameter::Kappa].initial = material_kappa;
+        let Self { mu, mu_s, e, mu_b, mu_c, kappa, e_slope, .. } = self;
+        // the ratios of masses and of radii follow from [ball] and [object]
+        let given = [mu, mu_s, e, mu_b, mu_c, kappa, &None, &None, e_slope];
+        for (parameter, given) in Parameter::ALL.into_iter().zip(given) {
             if let Some(given) = given {
                 settings[parameter] = given.check(parameter, source);
             }
         }
-        settings.compliance = match &self.kappa {
+        settings.compliance = match kappa {
             None => Compliance::Auto,
             Some(kappa) if kappa.fixed == Some(0.0) => Compliance::Rigid,
             Some(_) => Compliance::Stated,

@@ -1,5 +1,4 @@
-//! Tables with commas, semicolons or tabs between cells: columns with meanings and labels, and the
-//! place of every cell in its file.
+//! Tables with commas, semicolons or tabs between cells: columns with meanings, and labels.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -35,7 +34,7 @@ pub(crate) struct Table<'a> {
     numbers: HashMap<&'static str, Vec<Option<Measured>>>,
 }
 
-/// A record of the file: the number of its first line, and its cells without the blanks around them.
+/// A record: the number of its first line, and its cells without the blanks around them.
 #[derive(Debug, Default, PartialEq)]
 struct Record {
     line: usize,
@@ -88,12 +87,10 @@ impl<'a> Table<'a> {
             let hint = if text.contains("\n#") { " (lines that begin with # are comments)" } else { "" };
             wrong(Some(line), &format!("no rows below the column names; expected at least one{hint}"));
         }
-        rows.retain(|Record { line, cells }| {
-            if cells.len() != names.len() {
-                wrong(Some(*line), &wrong_width(cells.len(), names.len(), separator));
-            }
-            cells.len() == names.len()
-        });
+        let of_width = |Record { cells, .. }: &Record| cells.len() == names.len();
+        for Record { line, cells } in rows.extract_if(.., |record| !of_width(record)) {
+            wrong(Some(line), &wrong_width(cells.len(), names.len(), separator));
+        }
         let (path, known, numbers) = (path.to_path_buf(), Vec::new(), HashMap::new());
         let table = Self { path, problems, separator, header, rows, known, numbers };
         (!table.rows.is_empty()).then_some(table)
@@ -121,7 +118,6 @@ impl<'a> Table<'a> {
         Some(numbers)
     }
 
-    /// Complains about a cell.
     pub(crate) fn wrong<'c>(
         &self,
         row: usize,
@@ -136,7 +132,6 @@ impl<'a> Table<'a> {
         self.problems.add(&self.path, self.header.line, column, message);
     }
 
-    /// Returns the numbers of the rows, from 0.
     pub(crate) fn rows(&self) -> std::ops::Range<usize> {
         0..self.rows.len()
     }
@@ -205,7 +200,6 @@ impl<'a> Table<'a> {
         self.names().filter(|name| !self.known.contains(&name.strip_suffix("_sd").unwrap_or(name)))
     }
 
-    /// Returns the labels of a row.
     pub(crate) fn labels_at(&self, row: usize) -> BTreeMap<String, String> {
         let text = |name: &str| self.text(name, row).unwrap_or_default().to_owned();
         self.labels().map(|name| (name.to_owned(), text(name))).collect()
@@ -299,7 +293,6 @@ pub(crate) fn separator(text: &str) -> char {
     ['\t', ';', ','].into_iter().max_by_key(|c| first.matches(*c).count()).unwrap_or(',')
 }
 
-/// Returns the message about a row with another number of cells than the header.
 fn wrong_width(found: usize, expected: usize, separator: char) -> String {
     let name = name_of(Some(separator));
     let hint = match separator {

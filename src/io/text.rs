@@ -1,4 +1,4 @@
-//! The text of a file of any kind, its lines and their cells.
+//! The text of a file of any kind, its lines, their cells, and the numbers in them.
 
 use std::borrow::Cow;
 use std::fs;
@@ -41,7 +41,7 @@ pub(crate) fn decode(bytes: &[u8]) -> (Cow<'_, str>, Option<usize>) {
     }
 }
 
-/// Returns a file as text, without byte order mark; `None` if that fails, with a problem.
+/// Returns a file as text without byte order mark; `None`, with a problem, if that fails.
 pub(crate) fn read_utf8(path: &Path, problems: &Problems) -> Option<String> {
     let wrong = |error| problems.add(path, None, None, format!("cannot be read: {error}"));
     match decode(&fs::read(path).map_err(wrong).ok()?) {
@@ -53,16 +53,16 @@ pub(crate) fn read_utf8(path: &Path, problems: &Problems) -> Option<String> {
     }
 }
 
-/// Returns the text with a first line such as `sep=;`, which names the separator for spreadsheets,
-/// made blank, and that separator.
+/// Returns the text with a first line such as `sep=;` (for spreadsheets) made blank, and the separator.
 pub(crate) fn without_separator_line(text: Cow<'_, str>) -> (Cow<'_, str>, Option<char>) {
     let first = lines(&text).next().map_or("", |(_, line)| line);
     let bare = first.trim_start().trim_end_matches(['\r', '\n', ' ']).trim_matches('"');
-    if !bare.get(..4).is_some_and(|start| start.eq_ignore_ascii_case("sep=")) || bare[4..].chars().count() > 1
-    {
-        return (text, None);
+    match bare.split_at_checked(4) {
+        Some((start, mark)) if start.eq_ignore_ascii_case("sep=") && mark.chars().count() < 2 => {
+            (Cow::Owned(text[first.len()..].to_string()), mark.chars().next())
+        }
+        _ => (text, None),
     }
-    (Cow::Owned(text[first.len()..].to_string()), bare[4..].chars().next())
 }
 
 /// Returns a line of names without a comment mark: `# t x y` (numpy), `% t x y` (MATLAB).
@@ -122,7 +122,7 @@ pub(crate) fn cells(line: &str, separator: Separator) -> Result<Vec<Cow<'_, str>
     }
 }
 
-/// Returns the cells of a line as strings; `None` if its quotation marks are wrong.
+/// Returns the cells as strings; `None` if quotation marks are wrong.
 pub(crate) fn trimmed(line: &str, separator: Separator) -> Option<Vec<String>> {
     Some(cells(line, separator).ok()?.into_iter().map(Cow::into_owned).collect())
 }
@@ -141,22 +141,10 @@ impl Place<'_> {
     pub(crate) fn wrong(&self, message: impl Into<String>) {
         self.problems.add(self.file, self.line, self.column, message);
     }
-
-    /// Returns the number; every other cell than a number or a gap is a problem.
-    fn read(&self) -> Option<f64> {
-        parse(self.text).unwrap_or_else(|why| {
-            let text = shortened(self.text.trim());
-            self.wrong(format!("\"{text}\" {why}; expected a finite number or an empty cell"));
-            None
-        })
-    }
 }
 
 /// Words that programs write instead of a missing number, in small letters.
-const GAPS: [&str; 16] = [
-    "nan", "na", "n/a", "n/d", "#n/a", "#div/0!", "#value!", "null", "none", "nil", "?", "\\n", "-", "--",
-    "\u{2013}", "\u{2014}",
-];
+const GAPS: &str = "nan na n/a n/d #n/a #div/0! #value! null none nil ? \\n - -- \u{2013} \u{2014}";
 
 /// Largest number of bytes of a number.
 const LONGEST: usize = 64;
@@ -179,7 +167,7 @@ pub(crate) fn parse(cell: &str) -> Result<Option<f64>, &'static str> {
         _ if cell.len() > LONGEST => Err("is too long for a number"),
         Some(value) if f64::is_finite(value) => Ok(Some(value)),
         Some(_) => Err("is not a finite number"),
-        None if cell.is_empty() || GAPS.iter().any(|gap| cell.eq_ignore_ascii_case(gap)) => Ok(None),
+        None if cell.is_empty() || GAPS.split(' ').any(|gap| cell.eq_ignore_ascii_case(gap)) => Ok(None),
         None if is_plain(&text) && cell.matches(MARKS).count() > 1 => {
             Err("has two decimal marks: export without a mark between thousands")
         }
@@ -236,7 +224,11 @@ impl Mark {
     /// whether marks are of thousands. Complains once about a mark that differs from that of the
     /// cells above.
     pub(crate) fn beside(&mut self, cell: Place) -> Option<f64> {
-        let value = cell.read()?;
+        let wrong = |why| {
+            let text = shortened(cell.text.trim());
+            cell.wrong(format!("\"{text}\" {why}; expected a finite number or an empty cell"));
+        };
+        let value = parse(cell.text).map_err(wrong).ok().flatten()?;
         let Some(mark) = cell.text.chars().find(|c| MARKS.contains(c)) else { return Some(value) };
         let (other, at) = *self.seen.get_or_insert((mark, cell.line));
         if other != mark && !self.complained {
@@ -276,6 +268,10 @@ fn word(mark: char) -> &'static str {
 
 /// Returns at most 40 characters of a text, for messages.
 pub(crate) fn shortened(text: &str) -> String {
-    let end = text.char_indices().nth(40).map(|(end, _)| end);
+    beginning(text, 40)
+}
+
+pub(crate) fn beginning(text: &str, most: usize) -> String {
+    let end = text.char_indices().nth(most).map(|(end, _)| end);
     end.map_or(text.to_string(), |end| format!("{}…", &text[..end]))
 }

@@ -8,7 +8,7 @@ use rand::Rng;
 
 use super::{Camera, Maker, Played, SynthError, between};
 use crate::extraction::turn;
-use crate::io::positions;
+use crate::io;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::physics::ball::{Ball, BallState, Vec3};
@@ -164,7 +164,7 @@ pub(super) fn long_csv(shots: &[(TrackShot, TrueImpact)]) -> PolarsResult<String
     let is_marked = shots.iter().any(|(shot, _)| !shot.markers.is_empty());
     let columns = ["shot", "frame", "ball", "point", "x", "y"];
     let columns = columns.into_iter().filter(|column| is_marked || *column != "point");
-    let mut table = positions::of_shots(shots.iter().map(|(shot, _)| shot))?.select(columns)?;
+    let mut table = io::positions_of(shots.iter().map(|(shot, _)| shot))?.select(columns)?;
     let mut bytes = Vec::new();
     CsvWriter::new(&mut bytes).with_float_precision(Some(7)).finish(&mut table)?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())

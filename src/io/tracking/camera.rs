@@ -1,4 +1,5 @@
-//! `[camera]`: corrections for the camera, stated exactly, with an error, or left free.
+//! `[camera]`: corrections, stated exactly, with an error, or left free; calibration of lengths to
+//! metres on the table, x right and y up as seen from above.
 
 use nalgebra::{DMatrix, Matrix2, Matrix3, Point2, Vector2, Vector3};
 use schemars::JsonSchema;
@@ -86,7 +87,7 @@ impl<T> OneOrSeveral<T> {
 /// A key of the section: its corrections, their range, and the values expected beside `"auto"`.
 struct Key(&'static str, &'static [Correction], [f64; 2], &'static str);
 
-const KEYS: [Key; 5] = [
+const KEYS: [Key; 7] = [
     Key("scale", &[Correction::Scale], [0.1, 10.0], "a length of the film over the true one, from 0.1 to 10"),
     Key("aspect", &[Correction::Aspect], [0.5, 2.0], "lengths along y over lengths along x, from 0.5 to 2"),
     Key("shear", &[Correction::Shear], [-0.5, 0.5], "a number from -0.5 to 0.5"),
@@ -97,26 +98,24 @@ const KEYS: [Key; 5] = [
         "[x, y], each from -2 to 2 per metre",
     ),
     Key("lens", &[Correction::Lens], [-0.3, 0.3], "a part of lengths at 0.5 m, from -0.3 to 0.3"),
+    // words only
+    Key("shutter", &[Correction::ShutterX, Correction::ShutterY], [f64::NAN; 2], ""),
+    Key("parallax", &[Correction::ParallaxX, Correction::ParallaxY, Correction::Nearness], [f64::NAN; 2], ""),
 ];
-const SHUTTER: [Correction; 2] = [Correction::ShutterX, Correction::ShutterY];
-const PARALLAX: [Correction; 3] = [Correction::ParallaxX, Correction::ParallaxY, Correction::Nearness];
 
 fn exact(value: f64) -> Option<Measured> {
     Some(Measured { value, sd: None })
 }
 
-impl Word {
-    /// Returns the value of a correction: `None` if it is to be estimated.
-    fn value(self, which: Correction) -> Option<Measured> {
-        exact(which.neutral()).filter(|_| self == Self::None)
-    }
-}
-
 impl Stated {
-    /// Returns the value of each correction of a key; `None` unless they are as expected.
+    /// Returns the value of each correction of a key, `None` for those to be estimated; `None`
+    /// unless they are as expected.
     fn values(&self, Key(_, corrections, [low, high], _): &Key) -> Option<Vec<Option<Measured>>> {
         let (means, sds) = match self {
-            Self::Word(word) => return Some(corrections.iter().map(|which| word.value(*which)).collect()),
+            Self::Word(Word::Auto) => return Some(vec![None; corrections.len()]),
+            Self::Word(Word::None) => {
+                return Some(corrections.iter().map(|which| exact(which.neutral())).collect());
+            }
             Self::Exact(values) => (values.each(), vec![None; corrections.len()]),
             Self::Prior { mean, sd } => (mean.each(), sd.each().iter().copied().map(Some).collect()),
         };
@@ -138,15 +137,17 @@ impl Camera {
 }
 
 impl CameraSection {
-    /// Returns the seconds from the first row of the picture to the last, if the section states
-    /// them.
+    /// Returns the stated seconds from the first row of the picture to the last.
     pub(super) fn readout(&self) -> Option<f64> {
         self.shutter.and_then(NumberOr::number)
     }
 
-    fn statements(&self) -> impl Iterator<Item = (&'static Key, &Stated)> {
-        let all = [&self.scale, &self.aspect, &self.shear, &self.perspective, &self.lens];
-        KEYS.iter().zip(all).filter_map(|(key, stated)| Some((key, stated.as_ref()?)))
+    fn statements(&self) -> impl Iterator<Item = (&'static Key, Stated)> {
+        let [scale, aspect, shear] = [&self.scale, &self.aspect, &self.shear].map(Clone::clone);
+        let words = [self.shutter.and_then(NumberOr::word), self.parallax];
+        let [shutter, parallax] = words.map(|word| word.map(Stated::Word));
+        let all = [scale, aspect, shear, self.perspective.clone(), self.lens.clone(), shutter, parallax];
+        KEYS.iter().zip(all).filter_map(|(key, stated)| Some((key, stated?)))
     }
 
     pub(super) fn check(&self, source: &Source) {
@@ -166,13 +167,6 @@ impl CameraSection {
         for (key, stated) in self.statements() {
             for (which, value) in key.1.iter().zip(stated.values(key).into_iter().flatten()) {
                 values[*which as usize] = value;
-            }
-        }
-        let shutter = self.shutter.and_then(NumberOr::word).map(|word| (word, &SHUTTER[..]));
-        for (word, corrections) in shutter.into_iter().chain(self.parallax.map(|word| (word, &PARALLAX[..])))
-        {
-            for which in corrections {
-                values[*which as usize] = word.value(*which);
             }
         }
         // the centre of a stated lens distortion is the middle of the film
@@ -269,8 +263,7 @@ pub(super) fn homography(points: &[Point], is_up: Option<bool>) -> Result<(Matri
     Ok((map, format!("homography from {count} points, residual {rms:.3} mm{exact}")))
 }
 
-/// Returns the map of pixels to metres, positive at their mean; `None` if the points do not
-/// determine it.
+/// Returns the map of pixels to metres, positive at their mean; `None` if not determined.
 fn least_squares(points: &[Point]) -> Option<Matrix3<f64>> {
     let (pixels, metres): (Vec<_>, Vec<_>) = points.iter().map(|point| (point.px, point.m)).unzip();
     let (from, to) = (normaliser(&pixels)?, normaliser(&metres)?);

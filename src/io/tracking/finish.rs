@@ -1,12 +1,12 @@
 //! Conversion of a file's rows to a shot: balls, times, and positions in metres.
 
+use super::Facts;
 use super::camera::Calibration;
 use super::names::{assign, find_discs, number_twins};
 use super::raw::{Job, RawShot, RawTrack, Role, Row, Subject, sorted};
 use super::repair::{self, Wrong};
-use super::shots_table::Facts;
 use super::time;
-use super::units::Unit;
+use super::words::Unit;
 use crate::film::rigid_body::circle_centres;
 use crate::io::text::shortened;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};

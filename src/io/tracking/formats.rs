@@ -1,17 +1,16 @@
 //! Formats of tables that are recognised by their content.
 
 use super::heading::{Heading, Rows};
-use super::raw::{Input, Stated, Subject, listed};
+use super::raw::{Job, Stated, Subject, listed, stem};
 use super::reader::{Block, Body, Layout};
 use super::settings::Format;
-use super::units::{Unit, seconds};
-use super::words::{BALLS, Kind, SHOTS, boxes, find, pairs};
+use super::words::{BALLS, Kind, SHOTS, Unit, boxes, find, pairs, seconds};
 use crate::io::table::near_miss;
 use crate::io::text::{Separator, filled_lines, lines, parse, trimmed, value};
 
 /// Function that returns the layout of a file that begins with these lines; `None` if the file is
 /// in another format, or faulty (then a problem is added).
-type Detect = fn(&[Heading], &Input) -> Option<Layout>;
+type Detect = fn(&[Heading], Job) -> Option<Layout>;
 
 pub(super) const FORMATS: [(Format, Detect); 4] = [
     (Format::Qualisys, qualisys),
@@ -23,7 +22,7 @@ pub(super) const FORMATS: [(Format, Detect); 4] = [
 /// The columns of the canonical table, a row per ball and frame.
 const LONG: [&str; 10] = ["shot", "frame", "t", "ball", "x", "y", "z", "point", "x_sd", "y_sd"];
 
-fn long(headings: &[Heading], input: &Input) -> Option<Layout> {
+fn long(headings: &[Heading], job: Job) -> Option<Layout> {
     let is_long = |heading: &&Heading| {
         let has_all = ["ball", "x", "y"].into_iter().all(|name| heading.at(name).is_some());
         !heading.is_comment && has_all && heading.at("frame").or(heading.at("t")).is_some()
@@ -32,35 +31,35 @@ fn long(headings: &[Heading], input: &Input) -> Option<Layout> {
     for name in heading.own.iter().filter(|name| !LONG.contains(&name.as_str())) {
         if let Some(meant) = near_miss(name, &LONG, |name| heading.at(name).is_some()) {
             let message = format!("is not a known name, but nearly {meant}; write {meant}, or another name");
-            input.wrong(heading.line, name.as_str(), message);
+            job.wrong(heading.line, name.as_str(), message);
             return None;
         }
     }
     if heading.at("x_sd").is_some() != heading.at("y_sd").is_some() {
-        input.wrong(heading.line, None, "x_sd and y_sd go together; expected both, or leave both out");
+        job.wrong(heading.line, None, "x_sd and y_sd go together; expected both, or leave both out");
         return None;
     }
-    if !heading.has_once(&LONG, &heading.own, input) {
+    if !heading.has_once(&LONG, &heading.own, job) {
         return None;
     }
     let at = |name: &str| heading.at(name).filter(|_| LONG.contains(&name));
-    let (shot, time) = (at("shot"), input.frame_or_time(at("frame"), at("t")));
+    let (shot, time) = (at("shot"), job.frame_or_time(at("frame"), at("t")));
     let block = Block::below(&heading, Body::of_keys("", "", at, None)?);
-    let layout = Layout::new(Format::Long, heading, vec![block], time, input);
+    let layout = Layout::new(Format::Long, heading, vec![block], time, job);
     Some(Layout { shot, ..layout })
 }
 
 /// Finds exports of Tracker: of one track, or of several beside or below each other.
-fn tracker(headings: &[Heading], input: &Input) -> Option<Layout> {
+fn tracker(headings: &[Heading], job: Job) -> Option<Layout> {
     let heading = headings.iter().find(|heading| !heading.is_comment && is_tracker(heading))?.clone();
-    let time = input.frame_or_time(heading.at("frame"), heading.at("t").or(heading.at("time")))?;
+    let time = job.frame_or_time(heading.at("frame"), heading.at("t").or(heading.at("time")))?;
     // each track was copied below the last
-    let header = lines(input.text).nth(heading.line - 1).map_or("", |(_, line)| line.trim_end());
-    let heads = lines(input.text).filter(|(_, line)| line.trim_end() == header);
+    let header = lines(job.text).nth(heading.line - 1).map_or("", |(_, line)| line.trim_end());
+    let heads = lines(job.text).filter(|(_, line)| line.trim_end() == header);
     let heads: Vec<usize> = heads.map(|(line, _)| line).collect();
     let are_below = heads.len() > 1;
     // several balls below each other
-    let are_two = || Rows::of(input.text, &heading).are_pairs(time.0, None);
+    let are_two = || Rows::of(job.text, &heading).are_pairs(time.0, None);
     if !are_below && heading.own.iter().filter(|name| *name == "x").count() == 1 && are_two() {
         return None;
     }
@@ -69,7 +68,7 @@ fn tracker(headings: &[Heading], input: &Input) -> Option<Layout> {
     let is_title = |line: &str| are_below || !line.trim_start().starts_with('#');
     let mut blocks: Vec<Block> = Vec::new();
     for (i, header) in heads.into_iter().enumerate() {
-        let above = filled_lines(input.text).take_while(|(line, _)| *line < header);
+        let above = filled_lines(job.text).take_while(|(line, _)| *line < header);
         let title = above.filter(|(_, line)| is_title(line)).last();
         let (begin, title) = title.filter(|(_, line)| i == 0 || !is_row(line)).unwrap_or((header, ""));
         let tracks = if are_below {
@@ -79,9 +78,9 @@ fn tracker(headings: &[Heading], input: &Input) -> Option<Layout> {
             trimmed(title, heading.separator).unwrap_or_default()
         };
         let above = heading.above + header - heading.line;
-        blocks.push(Block { begin, above, bodies: tracked(&heading.own, &tracks, header, input)? });
+        blocks.push(Block { begin, above, bodies: tracked(&heading.own, &tracks, header, job)? });
     }
-    Some(Layout::new(Format::Tracker, heading, blocks, Some(time), input))
+    Some(Layout::new(Format::Tracker, heading, blocks, Some(time), job))
 }
 
 fn is_tracker(heading: &Heading) -> bool {
@@ -99,19 +98,19 @@ fn is_tracker(heading: &Heading) -> bool {
 
 /// Finds the columns of tracks by their names, each above its first column; a track without a name
 /// is named after the file.
-fn tracked(names: &[String], tracks: &[String], header: usize, input: &Input) -> Option<Vec<Body>> {
+fn tracked(names: &[String], tracks: &[String], header: usize, job: Job) -> Option<Vec<Body>> {
     // each track has its columns side by side, in any order
     let begin = |column: usize| (0..tracks.len().min(column + 1)).rev().find(|i| !tracks[*i].is_empty());
     let mut bodies: Vec<Body> = Vec::new();
     for x in (0..names.len()).filter(|i| names[*i] == "x") {
-        let name = begin(x).map_or(input.stem, |i| tracks[i].as_str());
+        let name = begin(x).map_or(stem(job.file), |i| tracks[i].as_str().into());
         let [xs, ys] = ["x", "y"].map(|axis| {
             let is_beside = |i: &usize| names[*i] == axis && begin(*i) == begin(x);
             (0..names.len()).filter(is_beside).collect::<Vec<_>>()
         });
         let ([_], [y]) = (&xs[..], &ys[..]) else {
             let message = format!("track \"{name}\" has not one column x and one column y below its name");
-            input.wrong(header, None, message);
+            job.wrong(header, None, message);
             return None;
         };
         bodies.push(Body::new(name, [x, *y]));
@@ -121,10 +120,10 @@ fn tracked(names: &[String], tracks: &[String], header: usize, input: &Input) ->
 
 /// Finds exports of Kinovea: text with a section per object, or CSV with the columns `Time`,
 /// `name/0/X`, `name/0/Y`, ….
-fn kinovea(headings: &[Heading], input: &Input) -> Option<Layout> {
-    let (line, first) = filled_lines(input.text).next()?;
+fn kinovea(headings: &[Heading], job: Job) -> Option<Layout> {
+    let (line, first) = filled_lines(job.text).next()?;
     if is_kinovea_title(first.trim()) {
-        return Some(sections(input));
+        return Some(sections(job));
     }
     let is_csv = |heading: &&Heading| {
         let is_time = heading.own.first().is_some_and(|name| name == "time");
@@ -138,13 +137,13 @@ fn kinovea(headings: &[Heading], input: &Input) -> Option<Layout> {
         let points = stems.iter().filter(|other| other.starts_with(&format!("{object}/"))).count();
         let [x, y] = ["X", "Y"].map(|axis| heading.position(&format!("{stem}/{axis}")));
         if y.is_none() {
-            input.wrong(heading.line, None, format!("a column {stem}/Y is missing; expected both"));
+            job.wrong(heading.line, None, format!("a column {stem}/Y is missing; expected both"));
         }
         Some(Body::new(if points > 1 { *stem } else { object }, [x?, y?]))
     };
     let block = Block::below(&heading, stems.iter().map(body).collect::<Option<_>>()?);
     let has_unit = heading.has_unit(0);
-    let layout = Layout::new(Format::Kinovea, heading, vec![block], Some((0, false)), input);
+    let layout = Layout::new(Format::Kinovea, heading, vec![block], Some((0, false)), job);
     let time = layout.stated.time.filter(|_| has_unit);
     Some(Layout { stated: Stated { time, unit: None, ..layout.stated }, ..layout })
 }
@@ -155,11 +154,11 @@ fn is_kinovea_title(line: &str) -> bool {
 
 /// Finds the sections: rows of time, x and y below a comment with the object's name or, in old
 /// versions, below a blank line after which the time begins again.
-fn sections(input: &Input) -> Layout {
+fn sections(job: Job) -> Layout {
     let mut blocks: Vec<Block> = Vec::new();
     let (mut unnamed, mut is_apart) = (0, true);
     let mut before: Option<f64> = None;
-    for (line, text) in lines(input.text).map(|(line, text)| (line, text.trim())) {
+    for (line, text) in lines(job.text).map(|(line, text)| (line, text.trim())) {
         if text.is_empty() || is_kinovea_title(text) {
             is_apart = true;
             continue;
@@ -179,20 +178,20 @@ fn sections(input: &Input) -> Layout {
     }
     let names = ["T", "X", "Y"].map(str::to_string).to_vec();
     let heading = Heading::plain(1, 1, None, names);
-    let layout = Layout::new(Format::Kinovea, heading, blocks, Some((0, true)), input);
+    let layout = Layout::new(Format::Kinovea, heading, blocks, Some((0, true)), job);
     Layout { stated: Stated { time: None, ..layout.stated }, ..layout }
 }
 
 /// Finds exports of Qualisys Track Manager: keys above the rows, three columns for each marker,
 /// perhaps below their names and behind columns of frames and times.
-fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
+fn qualisys(_: &[Heading], job: Job) -> Option<Layout> {
     const TAB: Separator = Some('\t');
-    let (_, first) = filled_lines(input.text).next()?;
+    let (_, first) = filled_lines(job.text).next()?;
     if !["NO_OF_FRAMES", "FILE_VERSION"].iter().any(|key| first.starts_with(key)) {
         return None;
     }
     let mut header: Vec<Vec<String>> = Vec::new();
-    let mut rows = lines(input.text).map_while(|(_, text)| trimmed(text, TAB)).peekable();
+    let mut rows = lines(job.text).map_while(|(_, text)| trimmed(text, TAB)).peekable();
     // the first row may begin with a gap
     let is_row = |header: &[Vec<String>], row: &[String]| {
         header.iter().any(|above| above[0] == "MARKER_NAMES") && row.len() > 1 && parse(&row[0]).is_ok()
@@ -206,7 +205,7 @@ fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
     let (Some(markers), Some(fps)) = (values("MARKER_NAMES"), fps) else {
         let key = if values("MARKER_NAMES").is_none() { "MARKER_NAMES" } else { "FREQUENCY" };
         let message = format!("{key} is missing above the rows; expected an export of 3D markers");
-        input.wrong(None, None, message);
+        job.wrong(None, None, message);
         return None;
     };
     let markers: Vec<&String> = markers.iter().filter(|name| !name.is_empty()).collect();
@@ -222,23 +221,23 @@ fn qualisys(_: &[Heading], input: &Input) -> Option<Layout> {
         let (found, expected) = (listed(&row[..row.len().min(names.len())]), listed(&names));
         let message =
             format!("the columns are {found}; expected {expected}, as MARKER_NAMES has the markers");
-        input.wrong(header.len(), None, message);
+        job.wrong(header.len(), None, message);
         return None;
     }
     let heading = Heading::plain(header.len(), header.len(), TAB, names);
     let bodies =
         markers.iter().zip((counts.len()..).step_by(3)).map(|(name, x)| Body::new(*name, [x, x + 1]));
     if is_counted {
-        Rows::of(input.text, &heading).check_clock(&heading, [0, 1], fps, input);
+        Rows::of(job.text, &heading).check_clock(&heading, [0, 1], fps, job);
     }
-    let rows = heading.lines_below(input.text).count();
+    let rows = heading.lines_below(job.text).count();
     if let Some(stated) = number("NO_OF_FRAMES").filter(|stated| *stated != rows as f64) {
         let message = format!("says {stated} frames, but there are {rows} rows");
-        input.job.note(Subject::Gaps, None, message);
+        job.note(Subject::Gaps, None, message);
     }
     let block = Block::below(&heading, bodies.collect());
     let time = is_counted.then_some((0, true));
-    let layout = Layout::new(Format::Qualisys, heading, vec![block], time, input);
+    let layout = Layout::new(Format::Qualisys, heading, vec![block], time, job);
     let stated = Stated { unit: Some(Unit::Mm), fps: Some(fps), ..layout.stated };
     Some(Layout { stated, ..layout })
 }

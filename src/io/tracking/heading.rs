@@ -3,9 +3,9 @@
 
 use std::collections::HashMap;
 
-use super::raw::Input;
+use super::raw::Job;
 use super::time::{first_apart, resolution};
-use super::units::{Unit, is_clock};
+use super::words::{Unit, is_clock};
 use crate::io::text::{SEPARATORS, Separator, filled_lines, parse, trimmed, unmarked, value};
 
 /// Maximum number of lines of titles above the names of columns, as spreadsheets have.
@@ -108,10 +108,10 @@ impl Heading {
     }
 
     /// Complains about names that stand twice among all; returns whether all differ.
-    pub(super) fn has_once(&self, names: &[&str], all: &[String], input: &Input) -> bool {
+    pub(super) fn has_once(&self, names: &[&str], all: &[String], job: Job) -> bool {
         let twins = names.iter().filter(|name| all.iter().filter(|own| own == *name).count() > 1);
         let complain =
-            |name: &&&str| input.wrong(self.line, **name, "stands twice in the header; expected it once");
+            |name: &&&str| job.wrong(self.line, **name, "stands twice in the header; expected it once");
         twins.inspect(complain).count() == 0
     }
 
@@ -122,7 +122,7 @@ impl Heading {
         columns: impl IntoIterator<Item = usize>,
         like: Unit,
         mut stated: Option<(Unit, String)>,
-        input: &Input,
+        job: Job,
     ) -> Option<Unit> {
         for column in columns {
             let Some(unit) = self.units[column] else { continue };
@@ -135,16 +135,16 @@ impl Heading {
                     continue;
                 }
             };
-            input.wrong(self.line, name, format!("is in {}; expected {expected}", unit.name()));
+            job.wrong(self.line, name, format!("is in {}; expected {expected}", unit.name()));
         }
         stated.map(|(unit, _)| unit)
     }
 
     /// Returns the unit of a column of time, seconds by default; complains of a contradiction.
-    pub(super) fn time(&self, column: usize, input: &Input) -> Unit {
-        let stated = input.job.settings.tracks.time_unit;
+    pub(super) fn time(&self, column: usize, job: Job) -> Unit {
+        let stated = job.settings.tracks.time_unit;
         let stated = stated.map(|unit| (unit, "[tracks] time_unit states".to_string()));
-        self.unit([column], Unit::S, stated, input).unwrap_or(Unit::S)
+        self.unit([column], Unit::S, stated, job).unwrap_or(Unit::S)
     }
 
     /// Returns the units in a further line of the header: a line of units, in brackets or not, or
@@ -316,7 +316,7 @@ impl Rows {
     }
 
     /// Complains if a column of frames and one of seconds contradict each other at a rate.
-    pub(super) fn check_clock(&self, heading: &Heading, columns: [usize; 2], rate: f64, input: &Input) {
+    pub(super) fn check_clock(&self, heading: &Heading, columns: [usize; 2], rate: f64, job: Job) {
         let [Some(frames), Some(seconds)] = columns.map(|column| self.numbers(column)) else { return };
         let Some(row) = first_apart(&frames, &seconds, resolution(&seconds), rate) else { return };
         let [frame, time] = columns.map(|column| heading.names[column].as_str());
@@ -325,6 +325,6 @@ impl Rows {
             "{frame} and {time} contradict each other at {rate} fps: this row is {since} after the first one; expected columns that \
              agree, or one of them in [tracks.columns], or another frame rate"
         );
-        input.wrong(heading.lines_below(input.text).nth(row).map(|(line, _)| line), time, message);
+        job.wrong(heading.lines_below(job.text).nth(row).map(|(line, _)| line), time, message);
     }
 }

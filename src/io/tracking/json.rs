@@ -3,9 +3,9 @@
 use indexmap::IndexMap;
 use serde_json::value::RawValue;
 
-use super::raw::{Input, RawShot, RawTrack, Row, Stated, Subject};
+use super::raw::{Job, RawShot, RawTrack, Row, Stated, Subject, stem};
 use super::settings::Format;
-use super::units::Unit;
+use super::words::Unit;
 use crate::io::text::{parse, shortened, value};
 use crate::measurement::number::count_of;
 
@@ -52,27 +52,27 @@ fn get_cell(object: &Object, keys: &[&str]) -> Option<String> {
 }
 
 /// Returns the shots of a file; `None` with a problem.
-pub(super) fn read(input: &Input) -> Option<Vec<RawShot>> {
-    let line_ends = input.text.match_indices('\n').map(|(at, _)| at).collect();
-    let shots = File { input, line_ends }.read()?;
+pub(super) fn read(job: Job) -> Option<Vec<RawShot>> {
+    let line_ends = job.text.match_indices('\n').map(|(at, _)| at).collect();
+    let shots = File { job, line_ends }.read()?;
     let message = format!("read as JSON, {}", count_of(shots.len(), "shot"));
-    input.job.note(Subject::Format, None, message);
+    job.note(Subject::Format, None, message);
     Some(shots)
 }
 
 struct File<'t> {
-    input: &'t Input<'t>,
+    job: Job<'t>,
     line_ends: Vec<usize>,
 }
 
 impl File<'_> {
     fn line(&self, raw: &RawValue) -> usize {
-        let begin = raw.get().as_ptr() as usize - self.input.text.as_ptr() as usize;
+        let begin = raw.get().as_ptr() as usize - self.job.text.as_ptr() as usize;
         self.line_ends.partition_point(|end| *end < begin) + 1
     }
 
     fn refuse<T>(&self, at: &RawValue, why: impl AsRef<str>) -> Option<T> {
-        self.input.wrong(self.line(at), None, format!("{}; {EXPECTED}", why.as_ref()));
+        self.job.wrong(self.line(at), None, format!("{}; {EXPECTED}", why.as_ref()));
         None
     }
 
@@ -80,9 +80,9 @@ impl File<'_> {
         let not_json = |error: serde_json::Error| {
             let message = error.to_string();
             let bare = message.rsplit_once(" at line ").map_or(message.as_str(), |(bare, _)| bare);
-            self.input.wrong(error.line(), None, format!("is not JSON: {bare}"));
+            self.job.wrong(error.line(), None, format!("is not JSON: {bare}"));
         };
-        let whole: &RawValue = serde_json::from_str(self.input.text).map_err(not_json).ok()?;
+        let whole: &RawValue = serde_json::from_str(self.job.text).map_err(not_json).ok()?;
         let root = object(whole);
         let shots = match get(&root, &["shots"]) {
             None if get(&root, &BALLS).is_some() => vec![whole],
@@ -101,7 +101,7 @@ impl File<'_> {
         let mut read = Vec::new();
         for (number, raw) in (1..).zip(&shots) {
             let number = if shots.len() == 1 { String::new() } else { format!("-{number}") };
-            let shot = self.shot(raw, &root, format!("{}{number}", self.input.stem), unit)?;
+            let shot = self.shot(raw, &root, format!("{}{number}", stem(self.job.file)), unit)?;
             read.extend(Some(shot).filter(|shot| shot.tracks.iter().any(|track| !track.rows.is_empty())));
         }
         Some(read)
@@ -141,7 +141,7 @@ impl File<'_> {
             stated.fps = Some(known).filter(|_| stated.time == Some(Unit::Frames));
         }
         let line = tracks.iter().map(RawTrack::line).min().unwrap_or_default();
-        let file = self.input.job.file.to_path_buf();
+        let file = self.job.file.to_path_buf();
         tracks.iter_mut().for_each(RawTrack::sort);
         Some(RawShot { name, file, line, stated, tracks })
     }
@@ -153,7 +153,7 @@ impl File<'_> {
             (None, [Some(time), Some(x), Some(y)])
         } else {
             let [frame, x, y] = ["frame", "x", "y"].map(|key| get(&sample, &[key]));
-            let time = self.input.frame_or_time(frame, get(&sample, &["t", "time"]));
+            let time = self.job.frame_or_time(frame, get(&sample, &["t", "time"]));
             let (time, is_frame) = time.or_else(|| self.refuse(raw, "a sample without t or frame"))?;
             (Some(if is_frame { Unit::Frames } else { Unit::S }), [Some(time), x, y])
         };
@@ -161,12 +161,12 @@ impl File<'_> {
             Ok(number) => Some(number.unwrap_or(f64::NAN)),
             Err(why) => {
                 let written = shortened(at.map_or("", RawValue::get));
-                self.input.wrong(line, key, format!("{written} {why}; expected a finite number or null"));
+                self.job.wrong(line, key, format!("{written} {why}; expected a finite number or null"));
                 None
             }
         };
         let place = [number("x", x)?, number("y", y)?];
-        self.input.note_half(place, line);
+        self.job.note_half(place, line);
         let time = number("time", time)?;
         if time.is_nan() {
             return self.refuse(raw, "a sample without t or frame");

@@ -1,8 +1,5 @@
-//! Tracked paths of both balls in the formats of tracking programs.
-//!
-//! Bytes become text; a format says which column is what ([`layout`]); one reader makes
-//! rows, tracks and shots, in the file's units ([`raw`]); balls are assigned, times converted and
-//! faults of the camera repaired ([`finish`]).
+//! Tracked paths: a format says which column of a file is what ([`formats`]), one reader makes shots
+//! in the file's units ([`raw`]), and balls are assigned and faults repaired ([`finish`]).
 
 pub(crate) mod camera;
 mod finish;
@@ -16,27 +13,29 @@ mod read;
 mod reader;
 mod repair;
 pub(crate) mod settings;
-pub(crate) mod shots_table;
 mod survey;
 mod time;
-mod units;
 mod words;
 
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use indexmap::IndexMap;
 use raw::{Job, Notes, RawShot, Stated, Subject, listed};
 use rayon::prelude::*;
 use repair::Wrong;
-use settings::{Format, TrackSettings};
-use shots_table::{Facts, ShotsTable};
-use units::Unit;
+use settings::{Format, NAMED, Names, TrackSettings};
+use words::Unit;
 
 use super::check_unique;
-use super::error::Problems;
+use super::error::{Problems, did_you_mean};
 use super::manifest::{Manifest, StatedSpin};
+use super::table::{OMEGA, Table};
 use super::toml_file::Source;
 use crate::measurement::dataset::Tracks;
+use crate::measurement::fault::{FINITE, POSITIVE};
+use crate::measurement::spin::Spin;
 
 pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
 pub(crate) use survey::Survey;
@@ -61,18 +60,18 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     let (mut shots, mut is_motion_capture) = (Vec::new(), true);
     for file in &files {
         let before = problems.len();
-        let job = Job { file, settings, notes: &notes };
-        let Some(read) = read::file(job, problems, files.len() == 1) else { continue };
+        let job = Job { file, text: "", settings, notes: &notes, problems };
+        let Some(read) = read::file(job, files.len() == 1) else { continue };
         if let Some(first) = read.first() {
             is_motion_capture &= first.stated.format == Format::Qualisys;
-            check_unit(first.stated, job, problems);
+            check_unit(first.stated, job);
         }
         // consequences of unreadable rows are not reported
         if problems.len() > before {
             continue;
         }
         if read.iter().flat_map(|shot| &shot.tracks).all(|track| track.rows.is_empty()) {
-            problems.add(file, None, None, "has no rows below its header; expected positions");
+            job.wrong(None, None, "has no rows below its header; expected positions");
         }
         shots.extend(read);
     }
@@ -98,11 +97,10 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
         skip.is_none()
     });
     let names = shots.iter().map(|shot| shot.name.as_str());
-    check_spins(names.filter(|name| table.facts(name).stated == StatedSpin::Unstated), UNSTATED, source);
+    table.check_spins(names, StatedSpin::Unstated, path);
     finish_all(shots, &table, &notes, &mut tracks);
     let unmeasured = tracks.shots.iter().filter(|shot| manifest.discs.is_none() && shot.markers.is_empty());
-    let names = unmeasured.map(|shot| shot.name.as_str());
-    check_spins(names.filter(|name| table.facts(name).stated == StatedSpin::Measured), UNMEASURED, source);
+    table.check_spins(unmeasured.map(|shot| shot.name.as_str()), StatedSpin::Measured, path);
     Tracks {
         left_out: tracks.left_out,
         notes: settings.notes.iter().cloned().chain(notes.into_lines()).chain(table.note).collect(),
@@ -117,9 +115,8 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     }
 }
 
-/// Notes the unit of lengths that a file states, or that it does not state one; complains if it
-/// contradicts dataset.toml.
-fn check_unit(stated: Stated, job: Job, problems: &Problems) {
+/// Notes the unit of lengths that a file states or lacks; complains if it contradicts dataset.toml.
+fn check_unit(stated: Stated, job: Job) {
     let message = match (job.settings.scale.length_unit, stated.unit.map(|unit| (unit, unit.name()))) {
         (None, Some((Unit::Px, _))) => {
             "its positions are in pixels; expected [scale] length_unit = \"px\"".to_string()
@@ -139,37 +136,18 @@ fn check_unit(stated: Stated, job: Job, problems: &Problems) {
         }
         _ => return,
     };
-    problems.add(job.file, None, None, message);
+    job.wrong(None, None, message);
 }
 
-const UNSTATED: [&str; 2] = [
-    "the cue ball's",
-    "stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \"unknown\", or cue_spin in the table that [tracks] shots \
-     names",
-];
-const UNMEASURED: [&str; 2] = [
-    "[cue_spin] assume is \"measured\", but the",
-    "measured; expected omega_x, omega_y and omega_z in a table that [tracks] shots names, markers on the cue ball ([tracks] \
-     cue_markers), or assume = \"natural-roll\", \"stun\" or \"unknown\"",
-];
-
-/// Complains about the spin of these shots, if there are any.
-fn check_spins<'a>(shots: impl Iterator<Item = &'a str>, why: [&str; 2], source: &Source) {
-    let names: Vec<&str> = shots.collect();
-    if !names.is_empty() {
-        let message = format!("{} spin of shot {} is not {}", why[0], listed(&names), why[1]);
-        source.problems.add(source.path, None, None, message);
-    }
-}
-
-/// Adds the finished shots, on all cores, in order. Damaged ones are left out, with name and reason.
-/// A fault of the file or of dataset.toml is a problem of the data set, as is that no shot remains.
+/// Adds the finished shots, on all cores, in order. Damaged ones are left out with a reason; a fault
+/// of the file or of dataset.toml is a problem of the data set, as is that no shot remains.
 fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, notes: &Notes, tracks: &mut Tracks) {
     let settings = table.settings;
     let work: Vec<_> = shots.into_iter().map(|raw| (table.facts(&raw.name).clone(), raw)).collect();
     let finish = |(facts, raw): (Facts, RawShot)| {
         let (name, file, notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
-        let shot = finish::shot(raw, facts, Job { file: &file, settings, notes: &notes });
+        let job = Job { file: &file, text: "", settings, notes: &notes, problems: &Problems::new("") };
+        let shot = finish::shot(raw, facts, job);
         (name, file, shot, notes)
     };
     let done: Vec<_> = work.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).map(finish).collect();
@@ -186,6 +164,182 @@ fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, notes: &Notes, tracks: &m
             tracks.left_out.push((name, format!("{}:{line}: {message}", file.display())));
         } else {
             table.problems.add(&file, line, None, message);
+        }
+    }
+}
+
+/// Columns of the table of shots with a meaning; all others are labels.
+pub(super) const KNOWN: &str =
+    "shot cue_spin omega_x omega_y omega_z skip note file cue object cue_markers object_markers capture_fps";
+/// Separator of several names of tracks in a cell.
+const BETWEEN: char = ';';
+
+/// Statements about a shot: those of its row or, for empty cells and without a row, of dataset.toml.
+#[derive(Clone, Default)]
+pub(super) struct Facts {
+    line: usize,
+    /// The reason, if the shot is to be skipped.
+    pub(crate) skip: Option<String>,
+    pub(crate) stated: StatedSpin,
+    /// The file that holds the shot, as written.
+    file: Option<String>,
+    pub(crate) labels: BTreeMap<String, String>,
+    /// Names of tracks, in the order of [`NAMED`].
+    pub(crate) names: [Names; 4],
+    /// Whether its own row, or its tracks, name one of the balls.
+    pub(crate) names_balls: bool,
+    pub(crate) capture_fps: Option<f64>,
+}
+
+impl Facts {
+    /// Returns the spin, which is unknown if it is not stated, or until markers show it.
+    pub(super) fn spin(&self) -> Spin {
+        if let StatedSpin::Is(spin) = self.stated { spin } else { Spin::Unknown }
+    }
+}
+
+/// The rows of the table that `[tracks] shots` names, by the names of shots, in the file's order.
+struct ShotsTable<'a> {
+    settings: &'a TrackSettings,
+    problems: &'a Problems,
+    rows: IndexMap<String, Facts>,
+    /// The facts of shots without a row, whose labels are empty.
+    others: Facts,
+    note: Option<String>,
+    has_rates: bool,
+}
+
+impl<'a> ShotsTable<'a> {
+    fn read(settings: &'a TrackSettings, assumed: StatedSpin, problems: &'a Problems) -> Self {
+        let capture_fps = settings.fps();
+        let others =
+            Facts { stated: assumed, names: settings.names.clone(), capture_fps, ..Facts::default() };
+        let mut all =
+            Self { settings, problems, rows: IndexMap::new(), others, note: None, has_rates: false };
+        let read = |path: &PathBuf| Table::read(path, problems);
+        let Some(table) = settings.shots.as_ref().and_then(read) else { return all };
+        let [x, y, z] = OMEGA.map(|name| (name, 1.0, FINITE));
+        let table = table.with(KNOWN, &[x, y, z, ("capture_fps", 1.0, POSITIVE)], "shot");
+        all.note = table.note(None);
+        all.others.labels = table.labels().map(|label| (label.to_owned(), String::new())).collect();
+        for (row, stated) in table.spins(OMEGA, assumed).into_iter().enumerate() {
+            let Some(shot) = table.text("shot", row) else { continue };
+            let names = NAMED.map(|column| names(&table, row, column));
+            let rate = table.at("capture_fps", row).map(|rate| rate.value).filter(|rate| *rate > 0.0);
+            all.has_rates |= rate.is_some();
+            let facts = Facts {
+                line: table.line(row),
+                skip: skip(&table, row),
+                // a wrong one was reported
+                stated: stated.unwrap_or(assumed),
+                file: table.text("file", row).map(str::to_string),
+                labels: table.labels_at(row),
+                names_balls: names[..2].iter().any(Option::is_some),
+                names: [0, 1, 2, 3].map(|i| names[i].as_ref().unwrap_or(&all.others.names[i]).clone()),
+                capture_fps: rate.or(all.others.capture_fps),
+            };
+            if settings.discs && !matches!(facts.spin(), Spin::Stun | Spin::Unknown) {
+                let message = "discs do not roll; expected stun (no disc turns before the impact) or unknown: points on the discs \
+                               show how they turn";
+                table.wrong(row, "cue_spin", message);
+            }
+            if let Some(Facts { line, .. }) = all.rows.insert(shot.to_string(), facts) {
+                let message = format!("\"{shot}\" also stands in line {line}; expected each shot once");
+                table.wrong(row, "shot", message);
+            }
+        }
+        all
+    }
+
+    fn wrong(&self, line: usize, column: &str, message: String) {
+        self.problems.add(self.settings.shots.as_deref().unwrap_or(Path::new("")), line, column, message);
+    }
+
+    fn facts(&self, shot: &str) -> &Facts {
+        self.rows.get(shot).unwrap_or(&self.others)
+    }
+
+    /// Complains about the shots whose spin is stated like this.
+    fn check_spins<'n>(&self, shots: impl Iterator<Item = &'n str>, stated: StatedSpin, path: &Path) {
+        let names: Vec<&str> = shots.filter(|name| self.facts(name).stated == stated).collect();
+        let shots = listed(&names);
+        let message = if stated == StatedSpin::Measured {
+            format!(
+                "[cue_spin] assume is \"measured\", but the spin of shot {shots} is not measured; expected omega_x, omega_y and omega_z in \
+                 a table that [tracks] shots names, markers on the cue ball ([tracks] cue_markers), or assume = \"natural-roll\", \"stun\" \
+                 or \"unknown\""
+            )
+        } else {
+            format!(
+                "the cue ball's spin of shot {shots} is not stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \"unknown\", \
+                 or cue_spin in the table that [tracks] shots names"
+            )
+        };
+        if !names.is_empty() {
+            self.problems.add(path, None, None, message);
+        }
+    }
+
+    /// Gives shots the names that the table has for their files.
+    fn name_by_file(&self, raw: &mut [RawShot]) {
+        let mut named: HashMap<usize, usize> = HashMap::new();
+        for (name, Facts { line, file, .. }) in &self.rows {
+            let Some(file) = file else { continue };
+            let of_file: Vec<usize> = (0..raw.len()).filter(|i| raw[*i].file.ends_with(file)).collect();
+            let own = of_file.iter().copied().find(|i| raw[*i].name == *name);
+            let message = match (of_file.as_slice(), own) {
+                ([], _) => {
+                    let files = raw.iter().filter_map(|shot| shot.file.file_name()?.to_str());
+                    let near = did_you_mean(file, files);
+                    format!(
+                        "\"{file}\" is not among the files with shots that dataset.toml names under files{near}"
+                    )
+                }
+                (_, Some(shot)) | (&[shot], None) => {
+                    raw[shot].name.clone_from(name);
+                    let Some(line) = named.insert(shot, *line) else { continue };
+                    format!("\"{file}\" is also the file of line {line}; expected each shot once")
+                }
+                (many, None) => {
+                    let names: Vec<&String> = many.iter().map(|i| &raw[*i].name).collect();
+                    let names = listed(&names);
+                    format!(
+                        "\"{file}\" holds no shot \"{name}\"; expected one of its shots under shot: {names}"
+                    )
+                }
+            };
+            self.wrong(*line, "file", message);
+        }
+    }
+
+    fn check_names(&self, known: &HashSet<&str>) {
+        for (shot, row) in self.rows.iter().filter(|(shot, _)| !known.contains(shot.as_str())) {
+            let near = did_you_mean(shot, known.iter().copied());
+            let message = format!("there is no shot \"{shot}\" in the data{near}");
+            self.wrong(row.line, "shot", message);
+        }
+    }
+}
+
+fn names(table: &Table, row: usize, column: &str) -> Option<Names> {
+    let cell = table.text(column, row)?;
+    let names = Names::of(cell.split(BETWEEN));
+    if !names.are_good() {
+        let message = format!("\"{cell}\"; expected names of tracks, each once, with {BETWEEN} between them");
+        table.wrong(row, column, message);
+    }
+    Some(names)
+}
+
+fn skip(table: &Table, row: usize) -> Option<String> {
+    let word = table.text("skip", row)?;
+    match word.to_lowercase().as_str() {
+        "true" | "1" | "yes" => Some(table.text("note", row).unwrap_or("skip in the shots table").to_owned()),
+        "false" | "0" | "no" => None,
+        _ => {
+            let message = format!("\"{word}\" is not true or false; expected true, false, 1, 0, yes or no");
+            table.wrong(row, "skip", message);
+            None
         }
     }
 }

@@ -1,14 +1,15 @@
-//! Which track is which ball: by the names of tracks, by those of files with one ball each, and of
-//! points on discs by the distances that they keep.
+//! Which track is which ball: by names of tracks and files, and by the distances that points keep.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use super::Facts;
 use super::raw::{Job, Notes, RawShot, RawTrack, Role, Row, Subject, listed, quoted, sorted, span, stem};
 use super::repair::Wrong;
 use super::settings::{NAMED, Names, TrackSettings};
-use super::shots_table::Facts;
+use crate::film::rigid_body;
 use crate::io::text::shortened;
+use crate::measurement::track::Sample;
 use crate::numerics::median;
 
 /// Largest relative change of the distance of two points on one body. Points of one puck change
@@ -20,51 +21,55 @@ const MEDIAN_FRAMES: usize = 5;
 /// Largest relative difference of the centre's distances to markers, which are placed by hand.
 const MAX_INEQUALITY: f64 = 0.1;
 
-/// Marks the tracks of both balls, by names in the order of [`NAMED`], and those of the points on
-/// them.
-///
-/// # Errors
-/// The first name under each key that is not that of one track.
+/// Marks the tracks of both balls and of the points on them, by names in the order of [`NAMED`].
+/// `Err`: the first name under each key that is not that of one track.
 pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], job: Job) -> Result<(), Vec<Wrong>> {
-    let RawShot { tracks, line, .. } = raw;
-    let mut there: Vec<String> = tracks.iter().map(|track| shortened(&track.name)).collect();
-    there.dedup();
-    let (there, mut wrong) = (listed(&there), Vec::new());
-    for ((which, key), names) in NAMED.into_iter().enumerate().zip(names) {
-        let (ball, is_marker) = (which % 2, which > 1);
+    let mut wrong = Vec::new();
+    for (which, (key, names)) in NAMED.into_iter().zip(names).enumerate() {
         for (order, name) in names.0.iter().enumerate() {
-            let i = match find(tracks, name) {
-                Ok(Some(i)) => i,
-                Err(message) => {
-                    wrong.push(Wrong::input(*line, message));
-                    break;
-                }
-                Ok(None) => {
-                    let free = tracks.iter().filter(|track| track.role.is_none()).count();
-                    let hint = " (one file a ball: their names differ by the ball only, as in kick-A.txt and kick-B.txt)";
-                    let message = format!(
-                        "there is no track \"{name}\" ([tracks] {key} = {}); there are: {there}. Expected both balls in one file or \
-                         shot{}, and their names in [tracks] cue and object",
-                        names.shown(),
-                        if free + order < 2 { hint } else { "" }
-                    );
-                    // other shots may have both balls
-                    wrong.push(Wrong::damaged(*line, message));
-                    break;
-                }
-            };
-            let own = tracks[i].name.clone();
-            if own != *name {
-                let message = format!("the track \"{own}\" is [tracks] {key} = \"{name}\"");
-                job.note(Subject::Names, tracks[i].line(), message);
-            }
-            tracks[i].role = Some(Role { ball, is_marker, order });
-            for point in tracks.iter_mut().filter(|other| !other.is_centre() && other.name == own) {
-                point.role.get_or_insert(Role { ball, is_marker: true, order: 0 });
+            let role = Role { ball: which % 2, is_marker: which > 1, order };
+            if let Err(fault) = assign_one(raw, name, role, [key, &names.shown()], job) {
+                wrong.push(fault);
+                break;
             }
         }
     }
     if wrong.is_empty() { Ok(()) } else { Err(wrong) }
+}
+
+/// Gives a role to the track of a name, which is one of those `stated` under a key.
+fn assign_one(
+    raw: &mut RawShot,
+    name: &str,
+    role: Role,
+    [key, stated]: [&str; 2],
+    job: Job,
+) -> Result<(), Wrong> {
+    let RawShot { tracks, line, .. } = raw;
+    let Some(i) = find(tracks, name).map_err(|message| Wrong::input(*line, message))? else {
+        let mut there: Vec<String> = tracks.iter().map(|track| shortened(&track.name)).collect();
+        there.dedup();
+        let free = tracks.iter().filter(|track| track.role.is_none()).count();
+        let hint = " (one file a ball: their names differ by the ball only, as in kick-A.txt and kick-B.txt)";
+        let message = format!(
+            "there is no track \"{name}\" ([tracks] {key} = {stated}); there are: {}. Expected both balls in one file or \
+             shot{}, and their names in [tracks] cue and object",
+            listed(&there),
+            if free + role.order < 2 { hint } else { "" }
+        );
+        // other shots may have both balls
+        return Err(Wrong::damaged(*line, message));
+    };
+    let own = tracks[i].name.clone();
+    if own != *name {
+        let message = format!("the track \"{own}\" is [tracks] {key} = \"{name}\"");
+        job.note(Subject::Names, tracks[i].line(), message);
+    }
+    tracks[i].role = Some(role);
+    for point in tracks.iter_mut().filter(|other| !other.is_centre() && other.name == own) {
+        point.role.get_or_insert(Role { is_marker: true, order: 0, ..role });
+    }
+    Ok(())
 }
 
 /// Numbers tracks of the same name, in their order: "A (1)", "A (2)".
@@ -83,10 +88,7 @@ fn last_word(name: &str) -> &str {
     name.rsplit(|c: char| c.is_whitespace() || c == '_').next().unwrap_or_default()
 }
 
-/// Returns the track without a role that a name of dataset.toml means.
-///
-/// # Errors
-/// The name is ambiguous.
+/// Returns the track without a role that a name of dataset.toml means; `Err` if it is ambiguous.
 pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<usize>, String> {
     let small = wanted.to_lowercase();
     // 0 to 3: as written, in other letters, as Tracker's mass A, with the number of equal names
@@ -98,15 +100,14 @@ pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<usize>, S
         [name == wanted, lower == small, is_mass, is_numbered].iter().position(|fits| *fits)
     };
     let is_free = |track: &RawTrack| track.is_centre() && track.role.is_none();
-    let centres = (0..tracks.len()).filter(|i| is_free(&tracks[*i]));
-    let mut found: Vec<(usize, usize)> = centres.filter_map(|i| Some((rank(&tracks[i].name)?, i))).collect();
-    let best = found.iter().map(|(rank, _)| *rank).min();
-    found.retain(|(rank, _)| Some(*rank) == best);
+    let rank_at = |i: &usize| Some(&tracks[*i]).filter(|track| is_free(track)).and_then(|t| rank(&t.name));
+    let best = (0..tracks.len()).filter_map(|i| rank_at(&i)).min();
+    let found: Vec<usize> = (0..tracks.len()).filter(|i| best.is_some() && rank_at(i) == best).collect();
     match found.as_slice() {
-        [] | [(3, _)] => Ok(None),
-        [(_, one)] => Ok(Some(*one)),
+        [] => Ok(None),
+        [one] => Ok(Some(*one).filter(|_| best != Some(3))),
         many => {
-            let shown = |(_, i): &(_, usize)| format!("\"{}\" (line {})", tracks[*i].name, tracks[*i].line());
+            let shown = |i: &usize| format!("\"{}\" (line {})", tracks[*i].name, tracks[*i].line());
             let (count, all) = (many.len(), many.iter().map(shown).collect::<Vec<_>>().join(", "));
             Err(format!("{count} tracks are named \"{wanted}\"; write in [tracks] which one it is: {all}"))
         }
@@ -123,20 +124,16 @@ struct Single {
 }
 
 /// Joins the shots of one ball each whose files differ by the ball's name only, or that are the
-/// only two. Others are left, and their missing ball is reported when they are finished.
+/// only two. The missing ball of others is reported when they are finished.
 pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Notes) {
     let Some(names) = settings.single_names() else { return };
     let singles: Vec<(usize, Single)> =
         raw.iter().enumerate().filter_map(|(i, shot)| Some((i, single(shot, names)?))).collect();
     let are_only = raw.len() == 2;
     for (_, Single { key, .. }) in singles.iter().filter(|(_, single)| single.ball == 0) {
-        let of_key = |ball: usize| -> Vec<&(usize, Single)> {
-            singles
-                .iter()
-                .filter(|(_, other)| other.ball == ball && (are_only || other.key == *key))
-                .collect()
-        };
-        let ([(i, _)], [(j, object)]) = (&of_key(0)[..], &of_key(1)[..]) else { continue };
+        let of_key: Vec<_> = singles.iter().filter(|(_, other)| are_only || other.key == *key).collect();
+        let (cues, objects): (Vec<_>, Vec<_>) = of_key.into_iter().partition(|(_, other)| other.ball == 0);
+        let ([(i, _)], [(j, object)]) = (&cues[..], &objects[..]) else { continue };
         if raw[*i].stated != raw[*j].stated {
             continue;
         }
@@ -169,14 +166,15 @@ fn single(shot: &RawShot, balls: [&str; 2]) -> Option<Single> {
     if keys == [None, None] {
         // cue/1.csv and object/1.csv
         let name = folder.and_then(Path::file_name).unwrap_or_default().to_string_lossy();
-        let joined = |rest: String| [rest, stem.clone()].join("-").trim_start_matches('-').to_string();
+        let joined =
+            |rest: String| [rest, stem.clone().into_owned()].join("-").trim_start_matches('-').to_string();
         keys = rests(&name).map(|rest| Some((joined(rest?), folder.and_then(Path::parent))));
     }
     let is_track = balls.map(|ball| matches!(find(&shot.tracks, ball), Ok(Some(_))));
     let is_file = keys.each_ref().map(Option::is_some);
     let is_named = if is_track == [false, false] { is_file } else { is_track };
     let ball = is_named.iter().position(|is_named| *is_named).filter(|_| is_named != [true, true])?;
-    let (key, folder) = keys[ball].take().unwrap_or((stem, folder));
+    let (key, folder) = keys[ball].take().unwrap_or((stem.into_owned(), folder));
     Some(Single { ball, key: (key, folder.map(Path::to_path_buf)) })
 }
 
@@ -202,15 +200,9 @@ pub(super) fn name_by_folder(raw: &mut [RawShot], notes: &Notes) {
     }
 }
 
-/// The place of a point in each frame, NaN in a gap.
-type Places = Vec<[f64; 2]>;
-
 /// Determines the names of both discs, the first to move first, unless tracks are named cue or
 /// object or name their points: each is one track, or three or more that keep their distances. The
 /// result replaces the names of the facts.
-///
-/// # Errors
-/// There are not two discs.
 pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(), Wrong> {
     let is_named = |name: &str| !matches!(find(&raw.tracks, name), Ok(None));
     if ["cue", "object"].into_iter().any(is_named)
@@ -241,7 +233,7 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(
     }
     // the centre, or points on a circle about it, and further points
     let [one, other] = groups.map(|group| {
-        let own: Vec<&Places> = group.iter().map(|i| &points[*i]).collect();
+        let own: Vec<&[Sample]> = group.iter().map(|i| points[*i].as_slice()).collect();
         let mut names = names_of(&group);
         match central(&own) {
             Some(centre) => [vec![names.remove(centre)], names],
@@ -265,16 +257,14 @@ pub(super) fn are_two_discs(shot: &RawShot) -> bool {
     groups(&places(shot, |row| row.place)).len() == 2
 }
 
-fn places(shot: &RawShot, place: impl Fn(&Row) -> [f64; 2]) -> Vec<Places> {
-    let times = shot.times();
-    let place_at = |track: &RawTrack, time: f64| track.at(time).map_or([f64::NAN; 2], &place);
-    let path = |track: &RawTrack| times.iter().map(|time| place_at(track, *time)).collect();
-    shot.tracks.iter().map(path).collect()
+fn places(shot: &RawShot, place: impl Fn(&Row) -> [f64; 2]) -> Vec<Vec<Sample>> {
+    let sample = |row: &Row| Sample::new(row.time, place(row));
+    shot.tracks.iter().map(|track| track.seen().map(sample).collect()).collect()
 }
 
 /// Returns the groups of three or more points of which every two keep their distance, the most
 /// rigid joined first.
-fn groups(points: &[Places]) -> Vec<Vec<usize>> {
+fn groups(points: &[Vec<Sample>]) -> Vec<Vec<usize>> {
     let count = points.len();
     let pairs = (0..count).flat_map(|i| (0..i).map(move |j| (i, j)));
     let mut rigid: Vec<(f64, usize, usize)> =
@@ -296,12 +286,11 @@ fn groups(points: &[Places]) -> Vec<Vec<usize>> {
     groups
 }
 
-fn distances(one: &Places, other: &Places) -> Vec<f64> {
-    let all = one.iter().zip(other).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
-    all.filter(|distance| !distance.is_nan()).collect()
+fn distances(one: &[Sample], other: &[Sample]) -> Vec<f64> {
+    rigid_body::distances(one, other).into_iter().map(|(_, distance)| distance).collect()
 }
 
-fn change(one: &Places, other: &Places) -> f64 {
+fn change(one: &[Sample], other: &[Sample]) -> f64 {
     let distances = distances(one, other);
     let smooth = sorted(distances.windows(MEDIAN_FRAMES).map(|window| median(window.to_vec())));
     let ([least, ..], [.., most]) = (&smooth[..], &smooth[..]) else { return f64::INFINITY };
@@ -310,11 +299,11 @@ fn change(one: &Places, other: &Places) -> f64 {
 
 /// Returns the centre of the points on a disc, whose distances to three others or more are equal;
 /// `None` if all are on a circle about it.
-fn central(points: &[&Places]) -> Option<usize> {
-    let distance = |one: &Places, other: &Places| Some(median(distances(one, other))).filter(|d| !d.is_nan());
+fn central(points: &[&[Sample]]) -> Option<usize> {
     let is_like_centre = |i: &usize| {
         let others = (0..points.len()).filter(|j| j != i);
-        let [least, most] = span(others.map(|j| distance(points[*i], points[j]).unwrap_or(f64::INFINITY)));
+        let typical = others.map(|j| median(distances(points[*i], points[j])));
+        let [least, most] = span(typical.map(|d| if d.is_nan() { f64::INFINITY } else { d }));
         most.max(0.0) <= (1.0 + MAX_INEQUALITY) * least
     };
     // no circle about a point of the rim meets the rim in three points

@@ -2,7 +2,7 @@
 //! rows that do not name the ball are followed, and pieces of tracks with new ids are joined.
 
 use super::names::find;
-use super::raw::{Input, Job, RawShot, RawTrack, Row, Subject, jump_speed};
+use super::raw::{Job, RawShot, RawTrack, Row, Subject, jump_speed};
 use super::repair::remove_lost;
 use super::settings::TrackSettings;
 use crate::numerics::median;
@@ -91,7 +91,7 @@ fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
 
 /// Splits the rows of every shot, one track without a name, into the tracks of two balls, which
 /// have no name until clips are separated.
-pub(super) fn follow(shots: &mut [RawShot], input: &Input) {
+pub(super) fn follow(shots: &mut [RawShot], job: Job) {
     for shot in shots {
         let rows: Vec<Row> = shot.tracks.iter().flat_map(RawTrack::seen).copied().collect();
         let (mut tracks, mut others) = (vec![RawTrack::default(); 2], Vec::new());
@@ -105,12 +105,12 @@ pub(super) fn follow(shots: &mut [RawShot], input: &Input) {
         if let Some(first) = others.first() {
             let are = if others.len() == 1 { "row" } else { "rows" };
             let message = format!("{} {are} of other objects than the two balls: left out", others.len());
-            input.job.note(Subject::Gaps, *first, message);
+            job.note(Subject::Gaps, *first, message);
         }
         shot.tracks = tracks;
     }
     let message = "rows do not name the ball: both balls are followed from frame to frame, and the one that moves first is the cue ball";
-    input.job.note(Subject::Names, None, message);
+    job.note(Subject::Names, None, message);
 }
 
 /// Names the tracks that were followed: the first to move is the cue ball.

@@ -1,12 +1,13 @@
 //! Positions as all formats are read: in the file's units, with their lines.
 
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
 
 use super::settings::{Format, TrackSettings};
-use super::units::Unit;
+use super::words::Unit;
 use crate::io::error::{Problems, harmless};
 
 #[derive(Clone, Debug, PartialEq)]
@@ -35,21 +36,6 @@ impl RawShot {
     pub(super) fn centres(&self) -> Option<[&RawTrack; 2]> {
         let centres = self.tracks.iter().filter(|track| track.is_centre());
         centres.collect::<Vec<_>>().try_into().ok()
-    }
-
-    /// Returns the longer side of the box about all positions.
-    pub(super) fn extent(&self) -> f64 {
-        let tracks = self.tracks.iter().filter(|track| !track.is_angle);
-        let places = tracks.flat_map(|track| track.seen()).map(|row| row.place);
-        let sides = [0, 1].map(|axis| span(places.clone().map(|place| place[axis])));
-        sides.map(|[low, high]| high - low).into_iter().fold(0.0, f64::max)
-    }
-
-    /// Returns the least distance of both centres in a frame.
-    pub(super) fn closest(&self) -> Option<f64> {
-        let [one, other] = self.centres()?;
-        let frames = one.frames_with(other).into_iter();
-        frames.map(|[i, j]| one.rows[i].distance(&other.rows[j])).min_by(f64::total_cmp)
     }
 
     /// Returns the time at which a track is a tenth of its way from its start, as a part of the time
@@ -87,7 +73,7 @@ pub(super) fn span(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
     numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
 }
 
-/// Statements of a file, or of its format, about all its rows.
+/// Statements of a file or its format about all rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Stated {
     pub(crate) format: Format,
@@ -109,12 +95,10 @@ pub(super) struct RawTrack {
     pub(crate) body: usize,
     /// Name of a marker on the ball `name`.
     pub(crate) point: Option<String>,
-    /// Whether x holds the angle of the disc `name` instead of positions, radians from the x axis
-    /// to the y axis of the file.
+    /// Whether x holds the angle of the disc `name`, radians from the file's x axis to its y axis.
     pub(crate) is_angle: bool,
-    /// Its part in the shot, once it is assigned.
     pub(crate) role: Option<Role>,
-    /// Its rows in the order of time.
+    /// In the order of time.
     pub(crate) rows: Vec<Row>,
 }
 
@@ -123,8 +107,7 @@ pub(super) struct RawTrack {
 pub(super) struct Role {
     /// 0 for the cue ball, 1 for the object ball.
     pub(crate) ball: usize,
-    /// Whether it is a further point on the ball, and not the centre or one of the points whose
-    /// mean is the centre.
+    /// Whether it is neither the centre nor one of the points whose mean is the centre.
     pub(crate) is_marker: bool,
     pub(crate) order: usize,
 }
@@ -134,12 +117,10 @@ impl RawTrack {
         self.point.is_none()
     }
 
-    /// Puts the rows in the order of time.
     pub(super) fn sort(&mut self) {
         self.rows.sort_by(|a, b| a.time.total_cmp(&b.time));
     }
 
-    /// Returns the row of a time.
     pub(super) fn at(&self, time: f64) -> Option<&Row> {
         self.rows.get(self.rows.partition_point(|row| row.time < time)).filter(|row| row.time == time)
     }
@@ -158,17 +139,15 @@ impl RawTrack {
         frames
     }
 
-    /// Returns the rows with positions.
     pub(super) fn seen(&self) -> impl Iterator<Item = &Row> + Clone {
         self.rows.iter().filter(|row| !row.is_gap())
     }
 
-    /// Returns the steps from one row with a position to the next one.
+    /// Returns the steps between rows with positions.
     pub(super) fn steps(&self) -> impl Iterator<Item = [f64; 2]> {
         self.seen().zip(self.seen().skip(1)).map(|(row, next)| row.step(next))
     }
 
-    /// Returns the first of its lines.
     pub(super) fn line(&self) -> usize {
         self.rows.iter().map(|row| row.line).min().unwrap_or(1)
     }
@@ -202,57 +181,49 @@ impl Row {
     }
 }
 
-/// A file that is read, or a shot of it, with the settings and the list of notes.
+/// A file that is read, or a shot of it, with the settings and the lists of notes and problems.
 #[derive(Clone, Copy)]
 pub(super) struct Job<'a> {
     pub(crate) file: &'a Path,
+    /// The file's text, for its reader.
+    pub(crate) text: &'a str,
     pub(crate) settings: &'a TrackSettings,
     pub(crate) notes: &'a Notes,
+    pub(crate) problems: &'a Problems,
 }
 
 impl Job<'_> {
     pub(super) fn note(self, subject: Subject, line: impl Into<Option<usize>>, message: impl AsRef<str>) {
         self.notes.add(self.file, subject, line, message);
     }
-}
 
-/// The text of a file for a reader.
-#[derive(Clone, Copy)]
-pub(super) struct Input<'a> {
-    pub(crate) job: Job<'a>,
-    pub(crate) text: &'a str,
-    /// Name of the file without its ending: the default name of its shot.
-    pub(crate) stem: &'a str,
-    pub(crate) problems: &'a Problems,
-}
-
-impl Input<'_> {
     pub(super) fn wrong<'c>(
-        &self,
+        self,
         line: impl Into<Option<usize>>,
         column: impl Into<Option<&'c str>>,
         message: impl Into<String>,
     ) {
-        self.problems.add(self.job.file, line, column, message);
+        self.problems.add(self.file, line, column, message);
     }
 
     /// Notes a position of which one coordinate is missing: it is a gap.
-    pub(super) fn note_half(&self, place: [f64; 2], line: usize) {
+    pub(super) fn note_half(self, place: [f64; 2], line: usize) {
         if place[0].is_nan() != place[1].is_nan() {
-            self.job.note(Subject::Gaps, line, "half a position; taken as a gap");
+            self.note(Subject::Gaps, line, "half a position; taken as a gap");
         }
     }
 
     /// Returns the column to be read, and whether it holds numbers of frames: these are preferred
     /// if the frame rate is stated, since they cannot follow a wrong one.
-    pub(super) fn frame_or_time<T>(&self, frame: Option<T>, time: Option<T>) -> Option<(T, bool)> {
-        let frame = frame.filter(|_| time.is_none() || self.job.settings.fps().is_some());
+    pub(super) fn frame_or_time<T>(self, frame: Option<T>, time: Option<T>) -> Option<(T, bool)> {
+        let frame = frame.filter(|_| time.is_none() || self.settings.fps().is_some());
         frame.map(|frame| (frame, true)).or(time.map(|time| (time, false)))
     }
 }
 
-pub(super) fn stem(file: &Path) -> String {
-    file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default()
+/// Returns the name of a file without its ending: the default name of its shot.
+pub(super) fn stem(file: &Path) -> Cow<'_, str> {
+    file.file_stem().unwrap_or_default().to_string_lossy()
 }
 
 pub(super) fn quoted<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> String {

@@ -5,79 +5,77 @@ use std::path::Path;
 
 use super::formats::FORMATS;
 use super::heading::{Heading, Rows, TITLES, headings};
-use super::raw::{Input, Job, RawShot, RawTrack, Subject, stem};
+use super::raw::{Job, RawShot, RawTrack, Subject};
 use super::reader::{self, Block, Body, Layout};
 use super::settings::{Column, Columns, Format, angle_unit};
-use super::units::Unit;
-use super::words::{FRAMES, TIMES, find};
+use super::words::{FRAMES, TIMES, Unit, find};
 use super::{json, pieces};
-use crate::io::error::{Problems, did_you_mean};
+use crate::io::error::did_you_mean;
 use crate::io::text::{decode, filled_lines, shortened, value, without_separator_line};
 
 /// Returns the shots of a file, with clips separated and pieces of tracks joined. `alone`: the
 /// names of clips are their numbers, without the file's name.
-pub(super) fn file(job: Job, problems: &Problems, alone: bool) -> Option<Vec<RawShot>> {
-    let file = job.file;
-    let wrong = |error| problems.add(file, None, None, format!("cannot be read: {error}"));
-    let bytes = fs::read(file).map_err(wrong).ok()?;
+pub(super) fn file(job: Job, alone: bool) -> Option<Vec<RawShot>> {
+    let wrong = |error| job.wrong(None, None, format!("cannot be read: {error}"));
+    let bytes = fs::read(job.file).map_err(wrong).ok()?;
     let (text, latin) = decode(&bytes);
     if let Some(line) = latin {
         let message = "is not UTF-8 text from here on; read as Latin-1, which matters to names only";
         job.note(Subject::Format, line, message);
     }
     let (text, _) = without_separator_line(text);
-    if is_tracker_project(file, &text) {
-        problems.add(file, None, None, TRACKER_PROJECT);
+    if is_tracker_project(job.file, &text) {
+        job.wrong(None, None, TRACKER_PROJECT);
         return None;
     }
-    let input = Input { job, text: &text, stem: &stem(file), problems };
-    Some(pieces::clips(as_written(&input)?, alone, job))
+    let job = Job { text: &text, ..job };
+    Some(pieces::clips(as_written(job)?, alone, job))
 }
 
-fn as_written(input: &Input) -> Option<Vec<RawShot>> {
-    let settings = input.job.settings;
+fn as_written(job: Job) -> Option<Vec<RawShot>> {
+    let settings = job.settings;
     let stated = settings.tracks.format;
     let wanted = |format: Format| stated == format || stated == Format::Auto;
     if let Some(columns) = &settings.tracks.columns {
-        return Some(by_layout(&by_columns(input, columns)?, input));
+        return Some(by_layout(&by_columns(job, columns)?, job));
     }
-    if wanted(Format::Json) && json::detect(input.text) {
-        return json::read(input);
+    if wanted(Format::Json) && json::detect(job.text) {
+        return json::read(job);
     }
-    let before = input.problems.len();
-    let headings = headings(input.text, TITLES);
+    let before = job.problems.len();
+    let headings = headings(job.text, TITLES);
     for (_, layout) in FORMATS.into_iter().filter(|(format, _)| wanted(*format)) {
-        if let Some(layout) = layout(&headings, input) {
-            return Some(by_layout(&layout, input));
+        if let Some(layout) = layout(&headings, job) {
+            return Some(by_layout(&layout, job));
         }
-        if input.problems.len() > before {
+        if job.problems.len() > before {
             return None;
         }
     }
-    complain_of_format(&headings, input);
+    complain_of_format(&headings, job);
     None
 }
 
-fn by_layout(layout: &Layout, input: &Input) -> Vec<RawShot> {
-    layout.note(input);
-    let mut shots = reader::read(input, layout);
+fn by_layout(layout: &Layout, job: Job) -> Vec<RawShot> {
+    layout.note(job);
+    let mut shots = reader::read(job, layout);
     for shot in shots.iter_mut().filter(|_| layout.stated.format == Format::Qualisys) {
-        begin_at_zero(shot, input);
+        begin_at_zero(shot, job);
     }
     if layout.is_of_paths() {
-        pieces::follow(&mut shots, input);
+        pieces::follow(&mut shots, job);
     }
     shots
 }
 
 /// Counts the times of Qualisys from the first row on, and turns positions at 0, 0 into gaps.
-fn begin_at_zero(shot: &mut RawShot, input: &Input) {
+fn begin_at_zero(shot: &mut RawShot, job: Job) {
     let first = shot.times().first().copied().unwrap_or_default();
     shot.map_times(|time| time - first);
     for RawTrack { name, rows, .. } in &mut shot.tracks {
         for row in rows.iter_mut().filter(|row| row.place == [0.0, 0.0]) {
             row.lose();
-            input.job.note(Subject::Gaps, row.line, format!("\"{name}\" is at 0, 0: taken as a gap"));
+            job.note(Subject::Gaps, row.line, format!("\"{name}\" is at 0, 0: taken as a gap"));
         }
     }
 }
@@ -92,11 +90,11 @@ pub(in crate::io) fn is_tracker_project(file: &Path, text: &str) -> bool {
     is_archive || is_xml() && text.contains("org.opensourcephysics.cabrillo.tracker")
 }
 
-fn complain_of_format(headings: &[Heading], input: &Input) {
-    let Some((line, first)) = filled_lines(input.text).next() else {
-        return input.wrong(None, None, "is empty; expected tracked positions");
+fn complain_of_format(headings: &[Heading], job: Job) {
+    let Some((line, first)) = filled_lines(job.text).next() else {
+        return job.wrong(None, None, "is empty; expected tracked positions");
     };
-    let format = input.job.settings.tracks.format;
+    let format = job.settings.tracks.format;
     let expected = match format {
         Format::Auto => {
             "a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a section \
@@ -108,7 +106,7 @@ fn complain_of_format(headings: &[Heading], input: &Input) {
     let is_of_long = matches!(format, Format::Auto | Format::Long);
     let lacking = headings.iter().filter(|_| is_of_long).find_map(lacking).unwrap_or_default();
     let begin = shortened(first.trim());
-    input.wrong(line, None, format!("no format begins like this, \"{begin}\"{lacking}; expected {expected}"));
+    job.wrong(line, None, format!("no format begins like this, \"{begin}\"{lacking}; expected {expected}"));
 }
 
 fn lacking(heading: &Heading) -> Option<String> {
@@ -123,77 +121,72 @@ const MAX_LINES: usize = 100;
 
 /// Returns the layout of a table whose columns are stated. Without a column of balls, the paths
 /// separate the balls; without times, the rows of a wide table are frames.
-fn by_columns(input: &Input, wanted: &Columns) -> Option<Layout> {
+fn by_columns(job: Job, wanted: &Columns) -> Option<Layout> {
     let is_numbered = wanted.values().any(|column| matches!(column, Column::Number(_)));
-    let heading = if is_numbered { numbered(input, wanted) } else { header(input, wanted) }?;
+    let heading = if is_numbered { numbered(job, wanted) } else { header(job, wanted) }?;
     let column = |key: &str| match wanted.get(key)? {
         Column::Name(name) => heading.position(name.trim()),
         Column::Number(number) => Some(number.get() - 1),
     };
     let shot = column("shot");
     let read: Vec<usize> = wanted.keys().filter_map(|key| column(key)).collect();
-    let time = input.frame_or_time(column("frame"), column("t"));
-    let time = time.or_else(|| unnamed_time(&heading, &read, shot, input));
-    let [cue, object] = input.job.settings.first_names();
+    let time = job.frame_or_time(column("frame"), column("t"));
+    let time = time.or_else(|| unnamed_time(&heading, &read, shot, job));
+    let [cue, object] = job.settings.first_names();
     let is_wide = wanted.contains_key("cue_x");
     let mut bodies = Vec::new();
     for (name, begin) in if is_wide { vec![(cue, "cue_"), (object, "object_")] } else { vec![("", "")] } {
         let angle = match column(&format!("{begin}angle")) {
-            Some(column) => Some((column, angle_unit_of(&heading, column, wanted, input)?)),
+            Some(column) => Some((column, angle_unit_of(&heading, column, wanted, job)?)),
             None => None,
         };
         bodies.append(&mut Body::of_keys(name, begin, column, angle)?);
     }
     if time.is_none() {
         let message = "no column of times: every row is taken as one frame after the row above it";
-        input.job.note(Subject::Clock, None, message);
+        job.note(Subject::Clock, None, message);
     }
     let block = Block::below(&heading, bodies);
-    Some(Layout { shot, ..Layout::new(Format::Columns, heading, vec![block], time, input) })
+    Some(Layout { shot, ..Layout::new(Format::Columns, heading, vec![block], time, job) })
 }
 
-fn angle_unit_of(heading: &Heading, column: usize, wanted: &Columns, input: &Input) -> Option<Unit> {
+fn angle_unit_of(heading: &Heading, column: usize, wanted: &Columns, job: Job) -> Option<Unit> {
     let stated = angle_unit(wanted).map(|unit| (unit, "[tracks.columns] angle_unit states".to_string()));
-    let unit = heading.unit([column], Unit::Rad, stated, input);
+    let unit = heading.unit([column], Unit::Rad, stated, job);
     if unit.is_some() {
         return unit;
     }
     let message =
         "the unit of these angles is not stated; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"";
-    input.wrong(heading.line, heading.bare[column].as_str(), message);
+    job.wrong(heading.line, heading.bare[column].as_str(), message);
     None
 }
 
 /// Returns the column of frame numbers or times if [tracks.columns] does not name them, and whether
 /// it is of frames: it is recognised by its name, and its numbers grow from row to row of a shot.
-fn unnamed_time(
-    heading: &Heading,
-    used: &[usize],
-    shot: Option<usize>,
-    input: &Input,
-) -> Option<(usize, bool)> {
+fn unnamed_time(heading: &Heading, used: &[usize], shot: Option<usize>, job: Job) -> Option<(usize, bool)> {
     let names = heading.small();
-    let rows = Rows::of(input.text, heading);
+    let rows = Rows::of(job.text, heading);
     let grows = |column: &usize| !used.contains(column) && rows.grows(*column, shot);
     let frame = find(&names, FRAMES).filter(|column| grows(column) && rows.is_whole(*column));
     let time = find(&names, TIMES).filter(grows);
-    let settings = input.job.settings;
+    let settings = job.settings;
     let rate = settings.video.playback_fps.or(settings.fps());
     if let (Some(frame), Some(time), Some(rate)) = (frame, time, rate)
-        && heading.time(time, input) == Unit::S
+        && heading.time(time, job) == Unit::S
     {
-        rows.check_clock(heading, [frame, time], rate, input);
+        rows.check_clock(heading, [frame, time], rate, job);
     }
-    let (column, is_frame) = input.frame_or_time(frame, time)?;
+    let (column, is_frame) = job.frame_or_time(frame, time)?;
     let what = if is_frame { "the number of the frame" } else { "the time" };
     let name = &heading.names[column];
     let message = format!("[tracks.columns] names no column of times: \"{name}\" is taken as {what}");
-    input.job.note(Subject::Clock, heading.line, message);
+    job.note(Subject::Clock, heading.line, message);
     Some((column, is_frame))
 }
 
 /// Returns the heading in the first line that has all the names.
-fn header(input: &Input, wanted: &Columns) -> Option<Heading> {
+fn header(job: Job, wanted: &Columns) -> Option<Heading> {
     let names =
         wanted.iter().filter(|(key, _)| *key != "angle_unit").filter_map(|(_, column)| match column {
             Column::Name(name) => Some(name.trim()),
@@ -202,24 +195,23 @@ fn header(input: &Input, wanted: &Columns) -> Option<Heading> {
     let names: Vec<&str> = names.collect();
     let held = |heading: &Heading| names.iter().filter(|name| heading.position(name).is_some()).count();
     // the first heading that has the largest number of names
-    let Some(heading) = headings(input.text, MAX_LINES).into_iter().rev().max_by_key(held) else {
-        input.wrong(None, None, "is empty; expected the columns that [tracks.columns] names");
+    let Some(heading) = headings(job.text, MAX_LINES).into_iter().rev().max_by_key(held) else {
+        job.wrong(None, None, "is empty; expected the columns that [tracks.columns] names");
         return None;
     };
     let Some(missing) = names.iter().find(|name| heading.position(name).is_none()) else {
-        let are_single =
-            [&heading.names, &heading.bare].iter().all(|all| heading.has_once(&names, all, input));
+        let are_single = [&heading.names, &heading.bare].iter().all(|all| heading.has_once(&names, all, job));
         return are_single.then_some(heading);
     };
     let near = did_you_mean(missing, heading.names.iter().map(String::as_str));
     let all = shortened(&heading.names.join(" | "));
     let message = format!("of the columns in [tracks.columns], \"{missing}\" is missing here{near}: {all}");
-    input.wrong(heading.line, None, message);
+    job.wrong(heading.line, None, message);
     None
 }
 
 /// Returns the heading of a table without names, from the first row with the expected numbers.
-fn numbered(input: &Input, wanted: &Columns) -> Option<Heading> {
+fn numbered(job: Job, wanted: &Columns) -> Option<Heading> {
     let numbers = wanted.iter().filter_map(|(key, column)| match column {
         Column::Number(number) => Some((key.as_str(), number.get())),
         Column::Name(_) => None,
@@ -229,7 +221,7 @@ fn numbered(input: &Input, wanted: &Columns) -> Option<Heading> {
     let mut numbers: Vec<usize> =
         numbers.filter(|(key, _)| is_number(key)).map(|(_, number)| number).collect();
     for Heading { line, separator, own: cells, .. } in
-        headings(input.text, MAX_LINES).into_iter().filter(|heading| !heading.is_comment)
+        headings(job.text, MAX_LINES).into_iter().filter(|heading| !heading.is_comment)
     {
         if cells.len() >= least && numbers.iter().all(|number| value(&cells[number - 1]).is_some()) {
             let is_open = cells.len() > least && cells.last().is_some_and(String::is_empty);
@@ -239,6 +231,6 @@ fn numbered(input: &Input, wanted: &Columns) -> Option<Heading> {
     numbers.sort_unstable();
     let numbers = numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
     let message = format!("none of the first {MAX_LINES} lines has numbers in the columns {numbers}");
-    input.wrong(None, None, message);
+    job.wrong(None, None, message);
     None
 }

@@ -5,10 +5,10 @@ use std::borrow::Cow;
 use indexmap::IndexMap;
 
 use super::heading::Heading;
-use super::raw::{Input, RawShot, RawTrack, Row, Stated, Subject, listed, quoted};
+use super::raw::{Job, RawShot, RawTrack, Row, Stated, Subject, listed, quoted, stem};
 use super::settings::Format;
 use super::time::count_frames;
-use super::units::{Style, Unit, is_clock, seconds};
+use super::words::{Style, Unit, is_clock, seconds};
 use crate::io::text::{self, Mark, Place, lines, name_of, shortened};
 
 /// Number of problems of a file after which reading ends.
@@ -19,18 +19,18 @@ const LIKELY: f64 = 0.6;
 
 /// Reads the rows of a file. Skips comments (`#`) and blank lines; reports rows with a wrong number
 /// of cells.
-pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
+pub(super) fn read(job: Job, layout: &Layout) -> Vec<RawShot> {
     let (times, positions, shots) = (Mark::default(), Mark::default(), IndexMap::new());
-    let mut reader = Reader { input, layout, times, positions, clock: None, shots, trackless: None };
-    let limit = input.problems.len() + MAX_PROBLEMS;
-    for (line, text) in lines(input.text).take_while(|_| input.problems.len() < limit) {
+    let mut reader = Reader { job, layout, times, positions, clock: None, shots, trackless: None };
+    let limit = job.problems.len() + MAX_PROBLEMS;
+    for (line, text) in lines(job.text).take_while(|_| job.problems.len() < limit) {
         let content = text.trim_start();
         let Some(block) = layout.block(line).filter(|_| !content.is_empty()) else { continue };
         let cells = text::cells(text, layout.heading.separator);
         if content.starts_with('#') {
             if cells.is_ok_and(|cells| layout.shot == Some(0) && cells.len() == layout.heading.names.len()) {
                 let message = "rows that begin with #, passed over as comments: quote names of shots that begin with it";
-                input.job.note(Subject::Repeated, line, message);
+                job.note(Subject::Repeated, line, message);
             }
             continue;
         }
@@ -38,7 +38,7 @@ pub(super) fn read(input: &Input, layout: &Layout) -> Vec<RawShot> {
         let cells = cells.map_err(|_| slip.to_string()).and_then(|cells| with_width(cells, layout));
         match cells {
             Ok(cells) => reader.add(line, &cells, &block.bodies),
-            Err(message) => input.wrong(line, None, message),
+            Err(message) => job.wrong(line, None, message),
         }
     }
     reader.finish()
@@ -69,7 +69,7 @@ fn with_width<'a>(mut cells: Vec<Cow<'a, str>>, layout: &Layout) -> Result<Vec<C
 
 /// Rows already read, sorted into shots and tracks, and the properties that all cells share.
 struct Reader<'a> {
-    input: &'a Input<'a>,
+    job: Job<'a>,
     layout: &'a Layout,
     times: Mark,
     positions: Mark,
@@ -83,11 +83,11 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body]) {
-        let Input { job, problems, stem, .. } = *self.input;
-        let layout = self.layout;
+        let (job, layout, stem) = (self.job, self.layout, stem(self.job.file));
+        let Job { file, problems, .. } = job;
         let at = |column: usize| {
             let (column, text) = (layout.heading.names[column].as_str(), cells[column].as_ref());
-            Place { file: job.file, line, column, text, problems }
+            Place { file, line, column, text, problems }
         };
         let before = problems.len();
         let ball = layout.ball();
@@ -111,7 +111,7 @@ impl Reader<'_> {
                 return;
             }
         }
-        let shot = self.shot(layout.shot.map_or(stem, |column| at(column).text), line);
+        let shot = self.shot(layout.shot.map_or(&stem, |column| at(column).text), line);
         // without times, rows of a shot are counted
         let rows = self.shots[shot].tracks.first().map_or(0, |track| track.rows.len());
         // −0 is 0
@@ -144,7 +144,7 @@ impl Reader<'_> {
     /// Returns the index of a shot, which is begun unless it is known.
     fn shot(&mut self, name: &str, line: usize) -> usize {
         self.shots.get_index_of(name).unwrap_or_else(|| {
-            let (file, name) = (self.input.job.file.to_path_buf(), name.to_string());
+            let (file, name) = (self.job.file.to_path_buf(), name.to_string());
             let stated = self.layout.stated;
             let shot = RawShot { name, file, line, stated, tracks: Vec::new() };
             self.shots.insert_full(shot.name.clone(), shot).0
@@ -190,13 +190,13 @@ impl Reader<'_> {
                 (None, None) => own,
             }
         });
-        self.input.note_half(place, at(body.xy[0]).line);
+        self.job.note_half(place, at(body.xy[0]).line);
         let likelihood = body.likelihood.and_then(|column| self.positions.beside(at(column)));
         if place[0].is_nan() || likelihood.is_none_or(|likelihood| likelihood >= LIKELY) {
             return place;
         }
         let message = format!("a position of a likelihood below {LIKELY}: taken as a gap");
-        self.input.job.note(Subject::Gaps, at(body.xy[0]).line, message);
+        self.job.note(Subject::Gaps, at(body.xy[0]).line, message);
         [f64::NAN; 2]
     }
 
@@ -213,15 +213,15 @@ impl Reader<'_> {
 
     /// Reports properties of all rows, and returns the shots. Time codes become numbers of frames.
     fn finish(self) -> Vec<RawShot> {
-        let Input { job, problems, .. } = *self.input;
+        let job = self.job;
         if let (Some(column), Some(first), true) = (self.layout.ball(), self.trackless, self.shots.is_empty())
         {
             let message = "is empty in every row; expected names of tracks, or no ball in [tracks.columns]: both balls are then followed \
                            from frame to frame";
-            self.input.wrong(first, self.layout.heading.names[column].as_str(), message);
+            job.wrong(first, self.layout.heading.names[column].as_str(), message);
         }
-        self.times.finish(job.file, problems);
-        self.positions.finish(job.file, problems);
+        self.times.finish(job.file, job.problems);
+        self.positions.finish(job.file, job.problems);
         if self.positions.is_comma() || self.times.is_comma() {
             job.note(Subject::Format, None, "decimal comma");
         }
@@ -348,14 +348,14 @@ impl Layout {
         heading: Heading,
         mut blocks: Vec<Block>,
         time: Option<(usize, bool)>,
-        input: &Input,
+        job: Job,
     ) -> Self {
         let bodies = blocks.iter_mut().flat_map(|block| &mut block.bodies);
         bodies.enumerate().for_each(|(index, body)| body.index = index);
         let lengths = blocks.iter().flat_map(|block| &block.bodies).flat_map(Body::lengths);
-        let unit = heading.unit(lengths, Unit::M, None, input);
+        let unit = heading.unit(lengths, Unit::M, None, job);
         let unit_of_time = match time {
-            Some((time, false)) => heading.time(time, input),
+            Some((time, false)) => heading.time(time, job),
             _ => Unit::Frames,
         };
         let stated = Stated { format, unit, time: Some(unit_of_time), ..Stated::default() };
@@ -383,7 +383,7 @@ impl Layout {
     }
 
     /// Notes how a file is read, and which of its columns are not.
-    pub(super) fn note(&self, input: &Input) {
+    pub(super) fn note(&self, job: Job) {
         let Heading { names, separator, above, .. } = &self.heading;
         let (format, separator, first) = (self.stated.format.shown(), name_of(*separator), above + 1);
         let mut message = format!("read as {format}, {separator} between cells, rows from line {first} on");
@@ -405,6 +405,6 @@ impl Layout {
         if self.stated.format == Format::Kinovea {
             message += "; coordinates of its kinematics window are filtered, which smears an impact: export the trajectories";
         }
-        input.job.note(Subject::Format, None, message);
+        job.note(Subject::Format, None, message);
     }
 }

@@ -8,7 +8,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
 use super::camera::{Calibration, CameraSection, NumberOr, OneOrSeveral, Point, homography};
-use super::units::Unit;
+use super::words::Unit;
 use crate::io::toml_file::Source;
 use crate::physics::name::worded;
 

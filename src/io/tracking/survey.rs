@@ -1,5 +1,4 @@
-//! Survey of files of tracks for the draft of a dataset.toml, with a guess of `[tracks.columns]`
-//! for an unknown table.
+//! Survey of files of tracks for a draft, with a guess of `[tracks.columns]` for an unknown table.
 
 use std::fs;
 use std::num::NonZero;
@@ -10,12 +9,13 @@ use minijinja::{Value as Values, context};
 
 use super::heading::{Heading, Rows, TITLES, headings};
 use super::names::are_two_discs;
-use super::raw::{Job, Notes, RawShot, quoted, sorted};
+use super::raw::{Job, Notes, RawShot, RawTrack, quoted, sorted, span};
 use super::read;
 use super::settings::{Column, Columns, Format, TrackSettings};
 use super::time::followed;
-use super::units::Unit;
-use super::words::{self, FRAMES, Kind, PERHAPS_BALLS, SHOTS, TIMES, beside, boxes, find, is_angle, pairs};
+use super::words::{
+    self, FRAMES, Kind, PERHAPS_BALLS, SHOTS, TIMES, Unit, beside, boxes, find, is_angle, pairs,
+};
 use crate::io::error::{Problem, Problems};
 use crate::io::text::{decode, value};
 use crate::io::toml_file::Source;
@@ -36,7 +36,6 @@ const BALLS: [(&str, f64); 4] =
     [("pyramid", 0.034), ("carom", 0.03075), ("pool", 0.028_575), ("snooker", 0.02625)];
 /// Largest ratio of a diameter to the distance of centres that noise explains.
 const NEARER: f64 = 1.02;
-
 /// Largest angle of a disc in radians, two turns; degrees of a whole turn are 360.
 const MAX_RADIANS: f64 = 4.0 * std::f64::consts::PI;
 /// Beginning of exports of Motive (OptiTrack), whose height is y.
@@ -54,9 +53,8 @@ pub(crate) struct Survey {
 }
 
 impl Survey {
-    /// Surveys a file. The columns are guessed by their names for a table in no known format, and
-    /// for a long one with boxes. `Err`: the problems of a file in no known format, or that cannot
-    /// be read.
+    /// Surveys a file. Columns are guessed for a table in no known format, and for a long one with
+    /// boxes. `Err`: the problems of a file that cannot be read.
     pub(crate) fn of(file: &Path) -> Result<Self, Vec<Problem>> {
         let plain = Self::read(file, Guess::default());
         if plain.as_ref().is_ok_and(|plain| plain.format() != Some(Format::Long)) {
@@ -72,12 +70,11 @@ impl Survey {
         let problems = Problems::new("");
         let source = Source::new(file, "", &problems);
         let settings = TrackSettings { discs: guess.has_angles(), ..TrackSettings::default() };
-        let mut settings = settings.checked(&source);
-        let mut certain = guess.columns.clone();
+        let (mut settings, mut certain) = (settings.checked(&source), guess.columns.clone());
         certain.retain(|key, _| !guess.is_doubtful(key));
         settings.tracks.columns = Some(certain).filter(|columns| !columns.is_empty());
-        let job = Job { file, settings: &settings, notes: &Notes::default() };
-        let read = read::file(job, &problems, true);
+        let job = Job { file, text: "", settings: &settings, notes: &Notes::default(), problems: &problems };
+        let read = read::file(job, true);
         let problems = problems.into_error().problems().to_vec();
         match read {
             // without rows, only names support the guess
@@ -92,7 +89,6 @@ impl Survey {
         Some(self.shots.first()?.stated.format)
     }
 
-    /// Adds the tracks of another file.
     pub(crate) fn and(mut self, other: Self) -> Self {
         self.files += other.files;
         self.shots.extend(other.shots);
@@ -100,7 +96,6 @@ impl Survey {
         self
     }
 
-    /// Returns whether it shows neither tracks nor problems.
     pub(crate) fn is_empty(&self) -> bool {
         self.problems.is_empty() && self.tracks().is_empty()
     }
@@ -112,8 +107,8 @@ impl Survey {
         self.guess.has_angles() || self.shots.iter().any(are_discs)
     }
 
-    /// Returns the names of tracks in the order of appearance, and the median of the parts of the
-    /// time at which each moves.
+    /// Returns the names of tracks in the order of appearance, and at which part of the time each
+    /// begins to move (median).
     pub(crate) fn tracks(&self) -> Vec<(&str, f64)> {
         let mut tracks: IndexMap<&str, Vec<f64>> = IndexMap::new();
         for shot in &self.shots {
@@ -126,7 +121,7 @@ impl Survey {
         tracks.into_iter().map(|(name, all)| (name, median(all))).collect()
     }
 
-    /// Returns the frame rate that the times follow, and their unit if it is not seconds.
+    /// Returns the frame rate that the times follow, and their unit unless it is seconds.
     pub(crate) fn times(&self) -> (Option<f64>, Option<&'static str>) {
         match self.shots.iter().find_map(followed) {
             Some(fps) if (fps - 1.0).abs() < 1e-3 => (None, Some("frames")),
@@ -139,18 +134,12 @@ impl Survey {
     /// Returns the values of the draft that the tracks show.
     pub(crate) fn values(&self) -> Values {
         let (fps, time_unit) = self.times();
-        let is_single =
-            self.shots.len() == self.files && self.shots.iter().all(|shot| shot.tracks.len() == 1);
-        let shots = if self.files > 1 && is_single {
-            "one ball each: two whose names differ by the ball only (kick-A.txt, kick-B.txt) are a shot"
-                .to_owned()
-        } else {
-            count_of(self.shots.len(), "shot")
-        };
+        let is_single = self.files > 1 && self.shots.len() == self.files;
         context! {
             count => count_of(self.files, "file"),
             format => (self.files > 0).then(|| self.format().unwrap_or(Format::Columns).name()),
-            shots,
+            shots => count_of(self.shots.len(), "shot"),
+            are_single => is_single && self.shots.iter().all(|shot| shot.tracks.len() == 1),
             are_discs => self.are_discs(),
             stated_fps => self.shots.first().and_then(|shot| shot.stated.fps).map(|fps| fps.to_string()),
             fps => fps.map(|fps| ((1e4 * fps).round() / 1e4).to_string()),
@@ -161,12 +150,16 @@ impl Survey {
     }
 
     /// Returns the extent of a shot's positions, their unit if it is stated or plausible, and the
-    /// balls: the largest whose diameter is at most the least distance of the centres, if the scale
-    /// is known.
+    /// balls: the largest whose diameter is at most the least distance of the centres.
     fn lengths(&self) -> Values {
-        let extent = self.shots.iter().map(RawShot::extent).fold(0.0, f64::max);
+        let extent = self.shots.iter().map(extent).fold(0.0, f64::max);
+        let closest = |shot: &RawShot| {
+            let [one, other] = shot.centres()?;
+            let frames = one.frames_with(other).into_iter();
+            frames.map(|[i, j]| one.rows[i].distance(&other.rows[j])).min_by(f64::total_cmp)
+        };
         // frames may be wrong, and slow cameras miss the contact: the first quartile of the shots
-        let closest = sorted(self.shots.iter().filter_map(RawShot::closest));
+        let closest = sorted(self.shots.iter().filter_map(closest));
         let nearest = closest.get(closest.len() / 4).copied().unwrap_or(f64::INFINITY);
         let may_touch = self.are_discs() || nearest.is_infinite() || DIAMETERS.contains(&nearest);
         let stated = self.shots.first().and_then(|shot| shot.stated.unit);
@@ -186,8 +179,8 @@ impl Survey {
         }
     }
 
-    /// Returns which ball is the cue ball, and the guessed columns. Columns are exchanged if those
-    /// named object belong to the ball that moves first.
+    /// Returns which ball is the cue ball, and the guessed columns, exchanged if those named object
+    /// belong to the ball that moves first.
     fn balls(&self) -> Values {
         let (tracks, columns) = (self.tracks(), &self.guess.columns);
         let order = match tracks.as_slice() {
@@ -211,18 +204,26 @@ impl Survey {
             let line = format!("{key} = {}", other.unwrap_or(column).shown());
             context! { line, is_doubtful => self.guess.is_doubtful(key) }
         };
-        let quoted_name = |name: &str| toml::Value::from(name).to_string();
+        let [cue, object] = [0, 1].map(|i| order.map(|names| toml::Value::from(names[i]).to_string()));
         context! {
             layout => if columns.is_empty() { "auto" } else { "columns" },
             tracks => quoted(tracks.iter().map(|(name, _)| name)),
             first_column,
             is_believed,
-            cue => order.map(|[cue, _]| quoted_name(cue)),
-            object => order.map(|[_, object]| quoted_name(object)),
+            cue,
+            object,
             has_wide_columns => columns.contains_key("cue_x"),
             columns => columns.iter().map(line).collect::<Vec<Values>>(),
         }
     }
+}
+
+/// Returns the longer side of the box about a shot's positions.
+fn extent(shot: &RawShot) -> f64 {
+    let tracks = shot.tracks.iter().filter(|track| !track.is_angle);
+    let places = tracks.flat_map(RawTrack::seen).map(|row| row.place);
+    let sides = [0, 1].map(|axis| span(places.clone().map(|place| place[axis])));
+    sides.map(|[low, high]| high - low).into_iter().fold(0.0, f64::max)
 }
 
 /// Guessed `[tracks.columns]`.
@@ -243,7 +244,7 @@ impl Guess {
     }
 }
 
-/// Guesses the columns of a table; returns `None` if it is not understood.
+/// Guesses the columns of a table; `None` if it is not understood.
 fn columns(text: &str) -> Option<Guess> {
     let headings = headings(text, TITLES);
     for heading in headings.iter().filter(|heading| heading.own.len() > 2) {
@@ -300,8 +301,8 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     let names_balls = |role| find(&names, role).is_some_and(|column| rows.values(column) > 1);
     let boxes = boxes(&names, names_balls(words::BALLS) || names_balls(PERHAPS_BALLS));
     let mut taken: Vec<usize> = all.iter().flat_map(|(pair, _)| *pair).collect();
-    let mut angles: Vec<usize> =
-        (0..names.len()).filter(|i| !taken.contains(i) && is_angle(&names[*i])).collect();
+    let is_free_angle = |i: &usize| !taken.contains(i) && is_angle(&names[*i]);
+    let mut angles: Vec<usize> = (0..names.len()).filter(is_free_angle).collect();
     taken.extend(boxes.iter().flat_map(|sides| [sides.corner, sides.rest].concat()));
     let is_free = |column: &usize| !taken.contains(column) && !names[*column].is_empty();
     let [frame, time, shot] = [FRAMES, TIMES, SHOTS].map(|role| find(&names, role));

@@ -1,14 +1,12 @@
-//! The time of each row, from the camera's frame rate and the times of the file.
-//!
-//! The clock of a file shows frame n at t = t₀ + n/rate, rounded to its resolution: whole numbers n
-//! are searched for that agree with all times.
+//! The time of each row, from the camera's frame rate and the times of the file: its clock shows
+//! frame n at t = t₀ + n/rate, rounded; whole numbers n are searched for that agree with all times.
 
-use super::raw::{Job, RawShot, RawTrack, Subject, sorted, span};
-use super::units::Unit;
+use super::raw::{Job, RawShot, RawTrack, Row, Subject, sorted, span};
+use super::words::Unit;
 use crate::numerics::median;
 
-/// Largest relative deviation of the spacing of times from 1/`capture_fps`, and of a step from a
-/// whole number of frames, beyond its rounding.
+/// Largest relative deviation of the spacing from 1/`capture_fps`, and of a step from whole frames,
+/// beyond its rounding.
 const MAX_OFF: f64 = 0.02;
 /// Largest deviation from whole frames, in frames, of times that are exact but for floating point.
 const MAX_INEXACT: f64 = 1e-3;
@@ -29,8 +27,7 @@ pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<
     let (stated, settings) = (shot.stated, job.settings);
     let playback_fps = settings.video.playback_fps;
     if settings.video.has_unknown_rate() && (stated.time != Some(Unit::Frames) || stated.fps.is_some()) {
-        let message = "[video] capture_fps is \"unknown\", but this file has times; expected frame numbers, or no capture_fps";
-        return Err(message.to_string());
+        return Err("[video] capture_fps is \"unknown\", but this file has times; expected frame numbers, or no capture_fps".into());
     }
     if let (Some(given), Some(own)) = (fps, stated.fps)
         && (given / own - 1.0).abs() > MAX_OFF
@@ -50,10 +47,9 @@ pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<
     let Some(second) = unit.seconds() else {
         let fps = fps.ok_or_else(|| format!("time is in frames; {NEEDS_RATE}"))?;
         let mut rows = shot.tracks.iter().flat_map(|track| &track.rows);
-        if let Some(row) = rows.find(|row| row.time.fract() != 0.0) {
+        if let Some(Row { time, line, .. }) = rows.find(|row| row.time.fract() != 0.0) {
             return Err(format!(
-                "line {}: frame {} is not a whole number; if it is a time, say [tracks] time_unit",
-                row.line, row.time
+                "line {line}: frame {time} is not a whole number; if it is a time, say [tracks] time_unit"
             ));
         }
         shot.map_times(|time| time / fps);
@@ -80,18 +76,16 @@ pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<
 
 /// The frames behind the times of a shot.
 struct Grid {
-    /// Times in seconds of the file's own clock, ascending: one for each row if rows are counted,
-    /// otherwise the different ones.
+    /// Times of the file's clock, s, ascending: of each row if rows are counted, else the different.
     times: Vec<f64>,
     are_rows: bool,
-    /// Rounding of the times; 0 if they are exact.
+    /// Rounding of the times, s; 0 if they are exact.
     resolution: f64,
-    /// Time between neighbouring frames; NaN for less than two times.
+    /// Time between neighbouring frames, s; NaN for less than two times.
     spacing: f64,
 }
 
 impl Grid {
-    /// Returns the grid of times in this unit.
     fn of(shot: &RawShot, second: f64) -> Self {
         let times = shot.times();
         let resolution = shot.stated.rounding.unwrap_or_else(|| resolution(&times) * second);
@@ -100,7 +94,6 @@ impl Grid {
         Self { times, are_rows: false, resolution, spacing }
     }
 
-    /// Returns the time from the first one to the last.
     fn length(&self) -> f64 {
         self.times.last().zip(self.times.first()).map_or(0.0, |(last, first)| last - first)
     }
@@ -110,8 +103,9 @@ impl Grid {
     fn count_repeated(&mut self, shot: &RawShot, second: f64, rate: f64) -> Result<(), String> {
         let is_whole = |t: &f64| (t * rate - (t * rate).round()).abs() < MAX_INEXACT;
         let has_time_per_frame = self.resolution * rate < 1.5 && self.times.iter().all(is_whole);
-        let times_of = |track: &RawTrack| -> Vec<f64> { track.rows.iter().map(|row| row.time).collect() };
-        let all: Vec<Vec<f64>> = shot.tracks.iter().map(times_of).collect();
+        let times_of =
+            |track: &RawTrack| -> Vec<f64> { track.rows.iter().map(|row| row.time * second).collect() };
+        let mut all: Vec<Vec<f64>> = shot.tracks.iter().map(times_of).collect();
         let repeats = all.iter().any(|times| times.windows(2).any(|two| two[0] == two[1]));
         if !repeats || self.resolution <= MAX_ROUNDING / rate || has_time_per_frame {
             return Ok(());
@@ -119,8 +113,7 @@ impl Grid {
         if all.iter().any(|times| *times != all[0]) {
             return Err(self.too_coarse(rate));
         }
-        let times = all[0].iter().map(|time| time * second).collect();
-        *self = Self { times, are_rows: true, spacing: rate.recip(), ..*self };
+        *self = Self { times: all.swap_remove(0), are_rows: true, spacing: rate.recip(), ..*self };
         Ok(())
     }
 
@@ -160,6 +153,7 @@ impl Grid {
         };
         self.times.iter().map(next).collect()
     }
+
     /// Returns the frame rate by the given frames, or without frames by the spacing.
     fn mean_rate(&self, frames: Option<&Vec<f64>>) -> f64 {
         let last = frames.and_then(|frames| frames.last());
@@ -184,24 +178,24 @@ impl Grid {
 
     /// Returns the times and the frame rate of a camera whose rate is not stated.
     fn own_times(&self, note: impl Fn(String)) -> Result<(Vec<f64>, f64), String> {
-        let why = match self.own_frames() {
-            _ if self.spacing.is_nan() => "fewer than two times, which give no frame rate",
-            (None, _) => "times are not regularly spaced",
-            (Some(frames), fps) => {
-                note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
-                return Ok((self.without_rounding(&frames, fps), fps));
-            }
-        };
-        Err(format!("{why}; {NEEDS_RATE}"))
+        if self.spacing.is_nan() {
+            return Err(format!("fewer than two times, which give no frame rate; {NEEDS_RATE}"));
+        }
+        let (frames, fps) = self.own_frames();
+        let frames = frames.ok_or_else(|| format!("times are not regularly spaced; {NEEDS_RATE}"))?;
+        note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
+        Ok((self.without_rounding(&frames, fps), fps))
     }
 
     /// Returns the times as they are written or, if the clock is coarse and follows these frames,
     /// without their rounding.
     fn without_rounding(&self, frames: &[f64], rate: f64) -> Vec<f64> {
-        let is_steady = self.resolution > MAX_OFF / rate
-            && first_apart(frames, &self.times, self.resolution, rate).is_none();
-        let steady = || frames.iter().map(|frame| self.times[0] + frame / rate).collect();
-        if is_steady { steady() } else { self.times.clone() }
+        if self.resolution <= MAX_OFF / rate
+            || first_apart(frames, &self.times, self.resolution, rate).is_some()
+        {
+            return self.times.clone();
+        }
+        frames.iter().map(|frame| self.times[0] + frame / rate).collect()
     }
 
     /// Returns whether times can be of this rate by their typical spacing or, for a clock that
@@ -214,9 +208,8 @@ impl Grid {
         self.spacing.is_nan() || fits(self.spacing) || fits(mean)
     }
 
-    /// Returns the times of the camera at `fps`, if those of the file follow `rate`: frame number /
-    /// `fps`, or as they are written if they follow no frames. A stated rate may mean frames left
-    /// out.
+    /// Returns the times of the camera at `fps` if those of the file follow `rate`: frame number /
+    /// `fps`, or as written if they follow no frames. A stated rate may mean frames left out.
     fn camera_times(
         &self,
         [rate, fps]: [f64; 2],
@@ -288,8 +281,7 @@ pub(super) fn resolution(times: &[f64]) -> f64 {
     (0..=6).map(|digits| 10.0_f64.powi(digits)).find(fits).map_or(0.0, f64::recip)
 }
 
-/// Returns the mean of the steps near the median, in which rounding cancels and gaps do not count;
-/// of a clock that varies from frame to frame, the mean of all steps but gaps.
+/// Returns the mean of the steps near the median, in which rounding cancels and gaps do not count.
 fn spacing(times: &[f64], resolution: f64) -> f64 {
     let steps = sorted(times.windows(2).map(|two| two[1] - two[0]));
     let Some(median) = steps.get(steps.len().saturating_sub(1) / 2) else { return f64::NAN };
@@ -342,8 +334,8 @@ fn guess_unit(shot: &RawShot, rate: Option<f64>) -> Result<Unit, String> {
     }
 }
 
-/// Converts times h:mm:ss:ff to numbers of frames, and returns the frame rate. `None`, without
-/// changes, for hundredths: frames begin again at a film's rate when a second is full.
+/// Converts times h:mm:ss:ff to numbers of frames; returns the frame rate. `None` for hundredths:
+/// frames begin again at a film's rate when a second is full.
 pub(super) fn count_frames(shots: &mut [RawShot]) -> Option<f64> {
     let split = |time: f64| {
         let whole = (time + 1e-6).floor();
