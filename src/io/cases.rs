@@ -36,8 +36,7 @@ const NUMBERS: &str = "speed_m_s cut_deg omega_x omega_y omega_z mu mu_s e radiu
 const OPTIONAL: [&str; 2] = ["kappa", "mass_ratio"];
 
 impl Case {
-    /// Returns the cue ball before the impact, and the coefficients. A speed that is not positive
-    /// and a cut angle of 90° or more are errors.
+    /// Returns the cue ball before the impact, and the coefficients; `Err` if one is out of range.
     pub(crate) fn before(&self) -> Result<(BallState, Coefficients), NotACollision> {
         let Self { speed, cut_deg, spin, mu, mu_s, e, .. } = *self;
         let checked = |is_good: bool, name: &'static str, value: f64, expected: &'static str| {
@@ -49,8 +48,7 @@ impl Case {
         Ok((cue, Coefficients { mu, mu_s, e }))
     }
 
-    /// Computes it with the model that `model` returns; `line` is its place in a file. An
-    /// integration that fails is an outcome.
+    /// Computes it with the model that `model` returns. An integration that fails is an outcome.
     pub(crate) fn compute(
         self,
         line: usize,
@@ -69,18 +67,14 @@ impl Case {
 #[derive(Clone, Debug)]
 pub(crate) struct Computed {
     pub(crate) case: Case,
-    /// Its line in the file, from 1.
     pub(crate) line: usize,
-    /// The model that computed it.
     pub(crate) model: Model,
     /// The outcome; [`NotACollision::NotIntegrated`] if the integration did not reach the end.
     pub(crate) outcome: Result<Outcome, NotACollision>,
 }
 
-/// Reads a CSV with the columns name, speed_m_s, cut_deg, omega_x, omega_y, omega_z, mu, mu_s, e,
-/// radius_m, and optionally kappa and mass_ratio, and computes every row with the model that
-/// `model` returns for it, also if the integration of other rows fails. Reports every cell that is
-/// not a number and every row that is not a collision, with its line.
+/// Reads a CSV with the columns of [`Case`] and computes every row with the model that `model`
+/// returns for it. Reports every cell that is not a number and every row that is not a collision.
 pub(crate) fn collide_all(
     path: &Path,
     model: impl Fn(&Case) -> Result<Model, NotACollision>,

@@ -13,8 +13,8 @@ use super::text::{beginning, decode, filled_lines, trimmed, without_separator_li
 use super::tracking::{KNOWN, Survey, TRACKER_PROJECT, is_tracker_project};
 use crate::words::Sentences;
 
-/// The dataset.toml. A comment behind a tab is aligned; a line behind > is a finding. A key behind #
-/// is to be stated by the user, who must do so if its comment says FILL IN.
+/// The dataset.toml: a comment behind a tab is aligned, a line behind > is a finding, a key behind
+/// # is to be stated by the user, who must if its comment says FILL IN.
 const TEMPLATE: &str = include_str!("draft.jinja");
 
 /// Name of the table of properties of single shots.
@@ -49,13 +49,11 @@ fn key_of(line: &str) -> &str {
     line.trim_start_matches("# ").split_once(" = ").map_or("", |(key, _)| key)
 }
 
-/// Returns a value as TOML writes it.
 fn toml(value: impl Into<Value>) -> String {
     value.into().to_string()
 }
 
 impl Draft {
-    /// Returns the text of the dataset.toml.
     pub(crate) fn text(&self) -> String {
         self.lines.join("\n") + "\n"
     }
@@ -72,21 +70,19 @@ impl Draft {
         names.collect()
     }
 
-    /// States a key of the draft, whether stated, suggested or blank.
     pub(crate) fn set(&mut self, key: &str, value: impl Into<Value>) {
         if let Some(line) = self.lines.iter_mut().find(|line| key_of(line) == key) {
             *line = format!("{key} = {}", value.into());
         }
     }
 
-    /// Returns the number of a key that is stated, as TOML writes it.
+    /// Returns the number of a stated key, as written.
     pub(crate) fn value(&self, key: &str) -> Option<&str> {
         let stated = self.lines.iter().find_map(|line| line.strip_prefix(key)?.strip_prefix(" = "));
         stated.and_then(|stated| stated.split(' ').next())
     }
 
-    /// States the camera's frame rate. Returns whether the times in the files are those of slow
-    /// motion: of a film recorded more than 5 % faster than they follow.
+    /// States the camera's frame rate; returns whether it is 5 % above the times': slow motion.
     pub(crate) fn set_fps(&mut self, fps: f64) -> bool {
         self.set("capture_fps", fps);
         let slow = self.follows.filter(|follows| fps > 1.05 * follows);
@@ -105,10 +101,8 @@ impl Draft {
     }
 }
 
-/// Drafts the dataset.toml of files, or of the tables in folders; at least one is named.
-///
-/// # Errors
-/// A file that cannot be read or is empty, or files of different kinds.
+/// Drafts the dataset.toml of files, or of the tables in folders. `Err`: a file that cannot be read
+/// or is empty, or files of different kinds.
 pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
     let mut files = listed(named)?;
     let is_shots = |file: &PathBuf| {
@@ -162,7 +156,6 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
     Ok(draft)
 }
 
-/// Returns the first lines of a table in no known format, shortened.
 fn first_lines(file: &Path) -> Vec<String> {
     const MAX_LINES: usize = 6;
     const MAX_CHARACTERS: usize = 160;
@@ -226,8 +219,7 @@ fn tables(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
     Err(refused(folder, message))
 }
 
-/// Returns whether a file whose name ends in a number holds the boxes of a frame: class, x, y,
-/// width, height, and perhaps a confidence.
+/// Returns whether a file whose name ends in a number holds boxes: class, x, y, width, height.
 fn is_frame(file: &Path) -> bool {
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
     let text = std::fs::read_to_string(file).unwrap_or_default();

@@ -27,7 +27,6 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// Returns `file:line`.
     fn place(&self) -> String {
         let line = self.line.map_or(String::new(), |line| format!(":{line}"));
         format!("{}{line}", self.file.display())
@@ -46,7 +45,7 @@ impl fmt::Display for Problem {
     }
 }
 
-/// Returns a text with its control characters escaped, which would act on a terminal.
+/// Returns a text with control characters escaped, which would act on a terminal.
 pub(crate) fn harmless(text: &str) -> Cow<'_, str> {
     if !text.contains(char::is_control) {
         return Cow::Borrowed(text);
@@ -144,8 +143,7 @@ impl Problems {
     }
 }
 
-/// Returns the similarity of a word and a name in any case: Jaro–Winkler, plus 1 if one slip of the
-/// pen makes one of the other.
+/// Returns the similarity in any case: Jaro–Winkler, plus 1 if one slip of the pen is between them.
 pub(crate) fn similarity(word: &str, name: &str) -> f64 {
     let (word, name) = (word.to_lowercase(), name.to_lowercase());
     let one_slip = name.len() > 1 && strsim::damerau_levenshtein(&word, &name) <= 1;

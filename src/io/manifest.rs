@@ -28,7 +28,6 @@ const DISC_INERTIA: Condition = (|x| x > 0.0 && x <= 1.0, "more than 0, at most 
 
 /// A checked dataset.toml.
 pub(crate) struct Manifest {
-    /// The data set, without its shots.
     pub(crate) dataset: Dataset,
     pub(crate) kind: Kind,
     pub(crate) files: Vec<PathBuf>,
@@ -122,7 +121,6 @@ struct TableSection {
 }
 
 impl Keys {
-    /// Checks all keys, whose problems are added to those of the source.
     pub(crate) fn check(self, source: &Source) -> Manifest {
         self.check_name(source);
         for [_, keys, message] in source.rules("faults") {
@@ -188,7 +186,6 @@ impl Keys {
         }
     }
 
-    /// Returns the discs that `[ball]` and `[object]` state.
     fn discs(&self) -> Discs {
         let (first, second) = (self.ball.own, self.object.unwrap_or_default());
         let pair = |first: Option<f64>, second: Option<f64>| first.map(|one| [one, second.unwrap_or(one)]);
@@ -200,7 +197,7 @@ impl Keys {
         }
     }
 
-    /// Returns the files of the patterns, which are relative to the dataset.toml's folder, each once.
+    /// Returns the files of the patterns, relative to the dataset.toml, each once.
     fn files(&self, source: &Source) -> Vec<PathBuf> {
         let folder = source.path.parent().unwrap_or(Path::new(""));
         let shown = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };

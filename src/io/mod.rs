@@ -137,7 +137,6 @@ pub fn positions(dataset: &Dataset) -> PolarsResult<DataFrame> {
     positions_of(dataset.tracks.iter().flat_map(|tracks| &tracks.shots))
 }
 
-/// Returns the positions of some shots as one table.
 pub(crate) fn positions_of<'a>(shots: impl Iterator<Item = &'a TrackShot>) -> PolarsResult<DataFrame> {
     let mut names: [Vec<&str>; 3] = Default::default();
     let mut frames: Vec<i64> = Vec::new();

@@ -41,8 +41,7 @@ const IMPACTS: Columns = Columns {
     observables: &Observable::IMPACTS,
 };
 
-/// Adds the shots of a table to a data set, one a row, with the label of the column that `[fit] by`
-/// names, and a note on labels; rows with problems are left out.
+/// Adds the shots of a table, with the label that `[fit] by` names; leaves out faulty rows.
 pub(crate) fn add(dataset: &mut Dataset, file: &Path, kind: Kind, assume: StatedSpin, source: &Source) {
     let of_kind = if kind == Kind::Impacts { IMPACTS } else { ANGLES };
     let Columns { before, required, spin: omega, observables } = of_kind;
@@ -90,8 +89,7 @@ fn check_label(by: &str, table: &Table, source: &Source) {
     }
 }
 
-/// Complains about a table or a row without an observed value, and about standard deviations that
-/// are given for some values of a column only.
+/// Complains about tables and rows without an observed value, and about gaps in deviations.
 fn check_observed(table: &Table, observables: &[Observable]) {
     let all: Vec<&str> = observables.iter().map(|observable| observable.column()).collect();
     let columns: Vec<&str> = all.iter().copied().filter(|name| table.has(name)).collect();
@@ -136,7 +134,6 @@ fn spin(table: &Table, row: usize, columns: [&str; 3], stated: StatedSpin) -> Op
     None
 }
 
-/// Returns the line of centres and the velocity of a row.
 fn impact(table: &Table, row: usize, [nx, ny]: [Measured; 2], velocity: [Measured; 2]) -> Before {
     let length = nx.value.hypot(ny.value);
     let written = |columns: [&str; 2]| {

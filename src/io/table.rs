@@ -43,8 +43,8 @@ struct Record {
 
 impl<'a> Table<'a> {
     /// Reads columns of texts and of numbers. Complains about names that are nearly known, about
-    /// columns that must exist and have no gaps (`required`, with blanks between them), about
-    /// numbers out of range and standard deviations that are not positive.
+    /// gaps in `required` columns, numbers out of range and standard deviations that are not
+    /// positive.
     pub(crate) fn with(mut self, texts: &'static str, columns: &[Column], required: &str) -> Self {
         self.known = texts.split(' ').chain(columns.iter().map(|(name, ..)| *name)).collect();
         self.check_names(required);
@@ -127,7 +127,6 @@ impl<'a> Table<'a> {
         self.problems.add(&self.path, self.line(row), column, message);
     }
 
-    /// Complains about the name of a column, or about all names.
     pub(crate) fn wrong_name<'c>(&self, column: impl Into<Option<&'c str>>, message: impl Into<String>) {
         self.problems.add(&self.path, self.header.line, column, message);
     }
@@ -167,8 +166,7 @@ impl<'a> Table<'a> {
         self.text(column, row).is_none_or(|text| parse(text) == Ok(None))
     }
 
-    /// Complains about required columns that are missing or have gaps, about a `…_sd` of a known
-    /// column that is missing, and about names similar to those of known columns.
+    /// Complains about missing columns and gaps, a `…_sd` alone, and nearly known names.
     fn check_names(&self, required: &str) {
         let known = &self.known;
         for name in self.names() {
@@ -195,7 +193,6 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Returns the names of the columns that are labels.
     pub(crate) fn labels(&self) -> impl Iterator<Item = &str> {
         self.names().filter(|name| !self.known.contains(&name.strip_suffix("_sd").unwrap_or(name)))
     }
@@ -216,8 +213,7 @@ impl<'a> Table<'a> {
         (!named.is_empty()).then_some(note)
     }
 
-    /// Returns the statement of each row about the cue ball's spin, or else of dataset.toml; `None`
-    /// for a wrong one.
+    /// Returns the statement of each row, or of dataset.toml, about the spin; `None`: wrong.
     pub(crate) fn spins(&self, columns: [&str; 3], assume: StatedSpin) -> Vec<Option<StatedSpin>> {
         let (all, words) = (columns.join(", "), StatedSpin::WORDS.join(", "));
         let missing: Vec<&str> = columns.into_iter().filter(|column| !self.has(column)).collect();
@@ -264,8 +260,8 @@ const SPREADS: &str = "std sdev stdev stddev std_dev err error sigma unc uncerta
 const ONE_SLIP: usize = 5;
 const TWO_SLIPS: usize = 9;
 
-/// Returns the known name, or the `…_sd` of one, that a name resembles, if the table has no such
-/// column: by another word for standard deviation, or one or two slips of the pen in a long name.
+/// Returns the known name, or its `…_sd`, that a name resembles and the table lacks: by another
+/// word for standard deviation, or one or two slips of the pen in a long name.
 pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) -> Option<String> {
     if known.contains(&name.strip_suffix("_sd").unwrap_or(name)) {
         return None;
@@ -303,8 +299,7 @@ fn wrong_width(found: usize, expected: usize, separator: char) -> String {
     format!("{}; expected {expected}, as in the header; {hint}", count_of(found, "cell"))
 }
 
-/// Splits a text into records, which end at line ends outside quotation marks; calls `wrong` with
-/// the line of each slip.
+/// Splits a text into records, which end at line ends outside quotation marks.
 fn records(text: &str, separator: char, wrong: &dyn Fn(usize, &str)) -> Vec<Record> {
     let end = line_end(text);
     let mut records = Vec::new();

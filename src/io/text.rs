@@ -53,7 +53,8 @@ pub(crate) fn read_utf8(path: &Path, problems: &Problems) -> Option<String> {
     }
 }
 
-/// Returns the text with a first line such as `sep=;` (for spreadsheets) made blank, and the separator.
+/// Returns the text with a first line such as `sep=;` (for spreadsheets) made blank, and the
+/// separator.
 pub(crate) fn without_separator_line(text: Cow<'_, str>) -> (Cow<'_, str>, Option<char>) {
     let first = lines(&text).next().map_or("", |(_, line)| line);
     let bare = first.trim_start().trim_end_matches(['\r', '\n', ' ']).trim_matches('"');
@@ -149,9 +150,8 @@ const GAPS: &str = "nan na n/a n/d #n/a #div/0! #value! null none nil ? \\n - --
 /// Largest number of bytes of a number.
 const LONGEST: usize = 64;
 
-/// Reads a cell; `None` if it is empty, an error if it is not a number as a whole: sign (`-`, `+`,
-/// U+2212), digits with at most one decimal mark (point or comma), exponent (after e or, as in
-/// Fortran, d).
+/// Reads a cell; `None` if it is empty. A number has a sign (`-`, `+`, U+2212), at most one decimal
+/// mark (point or comma) and an exponent (after e or, as in Fortran, d).
 pub(crate) fn parse(cell: &str) -> Result<Option<f64>, &'static str> {
     let cell = cell.trim();
     let is_plain = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit() || b".+-eE".contains(&byte));
@@ -175,7 +175,6 @@ pub(crate) fn parse(cell: &str) -> Result<Option<f64>, &'static str> {
     }
 }
 
-/// Returns the number that a cell holds, if it holds one.
 pub(crate) fn value(cell: &str) -> Option<f64> {
     parse(cell).ok().flatten()
 }
@@ -220,9 +219,8 @@ impl Mark {
         Some(value)
     }
 
-    /// Returns the number of a cell that stands beside these in a unit of its own: it does not show
-    /// whether marks are of thousands. Complains once about a mark that differs from that of the
-    /// cells above.
+    /// Returns the number of a cell in another unit than these, which does not show if marks are of
+    /// thousands. Complains once about a mark that differs from that of the cells above.
     pub(crate) fn beside(&mut self, cell: Place) -> Option<f64> {
         let wrong = |why| {
             let text = shortened(cell.text.trim());

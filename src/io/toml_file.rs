@@ -78,8 +78,7 @@ impl<'a> Source<'a> {
         source
     }
 
-    /// Returns the value of a key: `fit.mu.lower`, `kind.2.side` in a list, or `fit.mu*` for any that
-    /// begins like this.
+    /// Returns the value of `fit.mu.lower`, `kind.2.side` in a list, or `fit.mu*` for any such.
     fn value(&self, key: &str) -> Option<&Spanned<DeValue<'a>>> {
         let mut keys = key.split('.');
         let first = self.table.get_ref().get(keys.next()?)?;
@@ -100,14 +99,12 @@ impl<'a> Source<'a> {
         self.value(key).and_then(|value| self.text.get(value.span())).unwrap_or_default()
     }
 
-    /// Returns the beginning of what is written at a place, for messages.
     fn shown(&self, span: &Range<usize>) -> String {
         let written = self.text.get(span.clone()).unwrap_or_default();
         shortened(written.lines().next().unwrap_or_default())
     }
 
-    /// Adds a problem at the value of the first key that is stated of some with blanks between
-    /// them, else at the table around the first.
+    /// Adds a problem at the first stated of some keys, else at the table of the first of them.
     pub(crate) fn wrong(&self, keys: &str, message: impl Into<String>) {
         let first = keys.split(' ').next().unwrap_or_default();
         let tables = first.rmatch_indices('.').map(|(end, _)| &first[..end]);
@@ -238,7 +235,6 @@ fn alternatives(schema: &Json) -> Vec<&Json> {
     }
 }
 
-/// Returns the type of a schema, whose value may also be missing.
 fn type_of(schema: &Json) -> &str {
     let types = &schema["type"];
     types.as_str().or(types[0].as_str()).unwrap_or_default()

@@ -189,8 +189,7 @@ pub(crate) struct Calibration {
     pub(crate) is_up: bool,
     /// Map of homogeneous pixels, which replaces the scale.
     pub(crate) homography: Option<Matrix3<f64>>,
-    /// A rolling shutter: the seconds in which the rows of a picture are exposed, one after the
-    /// other from the top, and their number.
+    /// Rolling shutter: seconds from the first row of the picture to the last, and their number.
     pub(crate) readout: Option<[f64; 2]>,
 }
 
@@ -235,8 +234,7 @@ impl Calibration {
 }
 
 /// Returns the homography of pixels to metres by least squares (direct linear transform of
-/// normalised points), and a note on its residuals. `is_up` is the direction of the pixels' y axis
-/// if it is known: the metres must then be seen from above.
+/// normalised points), and a note on its residuals. `is_up`: the direction of the pixels' y axis.
 pub(super) fn homography(points: &[Point], is_up: Option<bool>) -> Result<(Matrix3<f64>, String), String> {
     let count = points.len();
     if count < 4 {

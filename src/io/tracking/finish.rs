@@ -16,7 +16,7 @@ const MIN_GAPS: usize = 8;
 /// Largest ratio of the smallest step between coordinates to the grid: fast balls skip steps.
 const MAX_SKIPPED: usize = 12;
 /// Largest deviation of coordinates from the grid, in steps, if they were scaled and printed with
-/// few decimals. Eight random coordinates fit one of the grids tried in 12·0.04⁸ = 8e-11 of tracks.
+/// few decimals. Eight random ones fit one of the grids tried in 12·0.04⁸ = 8e-11 of tracks.
 const MAX_DEVIATION: f64 = 0.02;
 /// Relative difference below which two coordinates are the same number, computed differently.
 const SAME_NUMBER: f64 = 1e-12;
@@ -101,8 +101,7 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
     Err(Wrong::input(shot.line, "a position or time is too large to be converted"))
 }
 
-/// Removes and returns the centre of a ball; if several points stand for it, returns their mean,
-/// and they remain.
+/// Removes and returns the centre of a ball, or returns the mean of several points, which remain.
 fn centre(tracks: &mut Vec<RawTrack>, ball: usize) -> RawTrack {
     let is_of = |track: &RawTrack| track.role.is_some_and(|role| role.ball == ball && !role.is_marker);
     let points: Vec<&RawTrack> = tracks.iter().filter(|track| is_of(track)).collect();
@@ -148,9 +147,8 @@ fn resolution(centres: &[RawTrack; 2], calibration: &Calibration, job: Job) -> [
     steps
 }
 
-/// Returns the step of the grid on which all coordinates of some tracks lie (whole pixels, few
-/// decimals), in the unit of the file. `None` without a grid, or if too few coordinates
-/// differ.
+/// Returns the step of the grid on which all coordinates of some tracks lie, in the unit of the
+/// file; `None` if they lie on none, or if too few differ.
 fn grid_step(tracks: &[&RawTrack]) -> Option<f64> {
     let mut gaps = Vec::new();
     for axis in [0, 1] {

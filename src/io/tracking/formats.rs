@@ -8,8 +8,7 @@ use super::words::{BALLS, Kind, SHOTS, Unit, boxes, find, pairs, seconds};
 use crate::io::table::near_miss;
 use crate::io::text::{Separator, filled_lines, lines, parse, trimmed, value};
 
-/// Function that returns the layout of a file that begins with these lines; `None` if the file is
-/// in another format, or faulty (then a problem is added).
+/// Returns the layout of a file that begins so; `None` for another format, or with a problem.
 type Detect = fn(&[Heading], Job) -> Option<Layout>;
 
 pub(super) const FORMATS: [(Format, Detect); 4] = [
@@ -96,8 +95,7 @@ fn is_tracker(heading: &Heading) -> bool {
     has_columns && !is_long && boxes(names, false).is_empty() && (is_single || positions() == 1)
 }
 
-/// Finds the columns of tracks by their names, each above its first column; a track without a name
-/// is named after the file.
+/// Finds the columns of tracks by their names (default: that of the file) above the first one.
 fn tracked(names: &[String], tracks: &[String], header: usize, job: Job) -> Option<Vec<Body>> {
     // each track has its columns side by side, in any order
     let begin = |column: usize| (0..tracks.len().min(column + 1)).rev().find(|i| !tracks[*i].is_empty());
@@ -118,8 +116,7 @@ fn tracked(names: &[String], tracks: &[String], header: usize, job: Job) -> Opti
     Some(bodies)
 }
 
-/// Finds exports of Kinovea: text with a section per object, or CSV with the columns `Time`,
-/// `name/0/X`, `name/0/Y`, ….
+/// Finds exports of Kinovea: a section per object, or CSV with `Time`, `name/0/X`, `name/0/Y`, ….
 fn kinovea(headings: &[Heading], job: Job) -> Option<Layout> {
     let (line, first) = filled_lines(job.text).next()?;
     if is_kinovea_title(first.trim()) {
@@ -152,8 +149,8 @@ fn is_kinovea_title(line: &str) -> bool {
     line.starts_with("#Kinovea") || line.eq_ignore_ascii_case("#T X Y")
 }
 
-/// Finds the sections: rows of time, x and y below a comment with the object's name or, in old
-/// versions, below a blank line after which the time begins again.
+/// Finds sections below a comment with the object's name or, in old versions, below a blank line
+/// after which the time begins again.
 fn sections(job: Job) -> Layout {
     let mut blocks: Vec<Block> = Vec::new();
     let (mut unnamed, mut is_apart) = (0, true);
@@ -182,8 +179,7 @@ fn sections(job: Job) -> Layout {
     Layout { stated: Stated { time: None, ..layout.stated }, ..layout }
 }
 
-/// Finds exports of Qualisys Track Manager: keys above the rows, three columns for each marker,
-/// perhaps below their names and behind columns of frames and times.
+/// Finds exports of Qualisys Track Manager: keys above the rows, three columns for each marker.
 fn qualisys(_: &[Heading], job: Job) -> Option<Layout> {
     const TAB: Separator = Some('\t');
     let (_, first) = filled_lines(job.text).next()?;

@@ -28,7 +28,7 @@ pub(super) struct Heading {
     pub(crate) separator: Separator,
     /// The names of this line alone, in small letters without units.
     pub(crate) own: Vec<String>,
-    /// The names with their units, distinguished by the words in the lines above.
+    /// The names with their units and, if they repeat, with the words in the lines above.
     pub(crate) names: Vec<String>,
     /// `names` without the units.
     pub(crate) bare: Vec<String>,
@@ -86,7 +86,7 @@ impl Heading {
         self.bare.iter().map(|name| name.to_lowercase()).collect()
     }
 
-    /// Returns the column of this name in small letters, in this line alone.
+    /// Returns the column of this name in this line alone.
     pub(super) fn at(&self, name: &str) -> Option<usize> {
         self.own.iter().position(|own| own == name)
     }
@@ -97,7 +97,6 @@ impl Heading {
         at(&self.names).or_else(|| at(&self.bare))
     }
 
-    /// Returns the filled lines below it, with their numbers.
     pub(super) fn lines_below<'t>(&self, text: &'t str) -> impl Iterator<Item = (usize, &'t str)> + use<'t> {
         let above = self.above;
         filled_lines(text).filter(move |(line, _)| *line > above)
@@ -116,7 +115,7 @@ impl Heading {
     }
 
     /// Returns the unit of columns; complains about one of another kind than `like`, or that
-    /// differs from the unit stated elsewhere, at a place, or from that of the columns before.
+    /// differs from that stated elsewhere or those before.
     pub(super) fn unit(
         &self,
         columns: impl IntoIterator<Item = usize>,
@@ -147,8 +146,7 @@ impl Heading {
         self.unit([column], Unit::S, stated, job).unwrap_or(Unit::S)
     }
 
-    /// Returns the units in a further line of the header: a line of units, in brackets or not, or
-    /// of other names without a number; `None` for a row.
+    /// Returns the units in a further line of the header, of units or names; `None` for a row.
     fn further(&self, row: &str) -> Option<Vec<Option<Unit>>> {
         let cells = trimmed(row, self.separator).filter(|cells| cells.len() <= self.names.len() + 1)?;
         let is_empty = |cell: &str| cell.is_empty() || cell == "-";
@@ -185,8 +183,7 @@ fn suffix(name: &str) -> Option<(&str, Unit)> {
     fits.then_some((bare, unit))
 }
 
-/// Splits a name from its unit and from the additions of programs: `x [mm]`, `Time (s) Run #1`,
-/// `Data Set 1:Time(s)`, `t_ms`.
+/// Splits a name from its unit and additions: `x [mm]`, `Time (s) Run #1`, `Data Set 1:Time(s)`.
 fn split(name: &str) -> (&str, Option<Unit>) {
     let run = name.trim_end_matches(|c: char| c.is_ascii_digit()).strip_suffix("Run #");
     let plain = run.map_or(name, str::trim_end);
@@ -209,9 +206,8 @@ fn split_all(names: &[String]) -> (Vec<String>, Vec<Option<Unit>>) {
     own.unzip()
 }
 
-/// Returns names that repeat with the words above them: `x` below `cue` is `cue x`; `cue` may
-/// stand above several columns. Names are kept if some are still equal. An empty name before the
-/// last one is replaced by the word above it, as `Frame#` and `Time` of TRC files.
+/// Returns names that repeat with the words above them, which may stand above several columns: `x`
+/// below `cue` is `cue x`. An empty name is replaced by the word above it (`Frame#` of TRC files).
 fn told_apart(names: Vec<String>, titles: &[(usize, &str)], separator: Separator) -> Vec<String> {
     let mut joined = names.clone();
     for (_, title) in titles.iter().rev().take(MAX_FURTHER_LINES) {
@@ -249,7 +245,6 @@ const MAX_ROWS: usize = 20_000;
 /// Maximum number of tracks of balls in a file.
 const MAX_TRACKS: usize = 20;
 
-/// The cells of rows.
 pub(super) struct Rows(Vec<Vec<String>>);
 
 impl Rows {

@@ -31,12 +31,10 @@ fn object(raw: &RawValue) -> Object<'_> {
     serde_json::from_str(raw.get()).unwrap_or_default()
 }
 
-/// Returns the elements of a list, none of another value.
 fn list(raw: &RawValue) -> Vec<&RawValue> {
     serde_json::from_str(raw.get()).unwrap_or_default()
 }
 
-/// Returns the value of the first key that an object has.
 fn get<'t>(object: &Object<'t>, keys: &[&str]) -> Option<&'t RawValue> {
     keys.iter().find_map(|key| object.get(*key)).copied()
 }
@@ -51,7 +49,6 @@ fn get_cell(object: &Object, keys: &[&str]) -> Option<String> {
     Some(cell(get(object, keys)?).trim().to_string()).filter(|cell| !cell.is_empty())
 }
 
-/// Returns the shots of a file; `None` with a problem.
 pub(super) fn read(job: Job) -> Option<Vec<RawShot>> {
     let line_ends = job.text.match_indices('\n').map(|(at, _)| at).collect();
     let shots = File { job, line_ends }.read()?;
@@ -107,7 +104,8 @@ impl File<'_> {
         Some(read)
     }
 
-    /// Reads a shot, which is called `unnamed` unless it has a name; `root` may state its frame rate.
+    /// Reads a shot, which is called `unnamed` unless it has a name; `root` may state its frame
+    /// rate.
     fn shot(&self, raw: &RawValue, root: &Object, unnamed: String, unit: Option<Unit>) -> Option<RawShot> {
         let shot = object(raw);
         let name = get_cell(&shot, &NAME).unwrap_or(unnamed);

@@ -139,8 +139,8 @@ fn check_unit(stated: Stated, job: Job) {
     job.wrong(None, None, message);
 }
 
-/// Adds the finished shots, on all cores, in order. Damaged ones are left out with a reason; a fault
-/// of the file or of dataset.toml is a problem of the data set, as is that no shot remains.
+/// Adds the finished shots, on all cores, in order. Damaged ones are left out with a reason; a
+/// fault of the file or of dataset.toml is a problem of the data set, as is that no shot remains.
 fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, notes: &Notes, tracks: &mut Tracks) {
     let settings = table.settings;
     let work: Vec<_> = shots.into_iter().map(|raw| (table.facts(&raw.name).clone(), raw)).collect();
@@ -174,7 +174,8 @@ pub(super) const KNOWN: &str =
 /// Separator of several names of tracks in a cell.
 const BETWEEN: char = ';';
 
-/// Statements about a shot: those of its row or, for empty cells and without a row, of dataset.toml.
+/// Statements about a shot: those of its row or, for empty cells and without a row, of
+/// dataset.toml.
 #[derive(Clone, Default)]
 pub(super) struct Facts {
     line: usize,

@@ -118,8 +118,7 @@ pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<usize>, S
 struct Single {
     /// 0 for the cue ball, 1 for the object ball.
     ball: usize,
-    /// The file's name without the ball's name, and the folder, or the folder above if the folder is
-    /// named after the ball.
+    /// The file's name without the ball's, and the folder (that above one named after the ball).
     key: (String, Option<PathBuf>),
 }
 
@@ -178,7 +177,7 @@ fn single(shot: &RawShot, balls: [&str; 2]) -> Option<Single> {
     Some(Single { ball, key: (key, folder.map(Path::to_path_buf)) })
 }
 
-/// Returns the words of a file's name without the ball's; `None` if the ball is not among them.
+/// Returns the words of a name without the ball's; `None` if the ball is not among them.
 fn without(stem: &str, ball: &str) -> Option<String> {
     let is_between = |c: char| c.is_whitespace() || matches!(c, '-' | '_' | '.');
     let words = stem.split(is_between).filter(|word| !word.is_empty());
@@ -252,7 +251,6 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(
     Ok(())
 }
 
-/// Returns whether the tracks are two groups of points that keep their distances.
 pub(super) fn are_two_discs(shot: &RawShot) -> bool {
     groups(&places(shot, |row| row.place)).len() == 2
 }
@@ -262,8 +260,7 @@ fn places(shot: &RawShot, place: impl Fn(&Row) -> [f64; 2]) -> Vec<Vec<Sample>> 
     shot.tracks.iter().map(|track| track.seen().map(sample).collect()).collect()
 }
 
-/// Returns the groups of three or more points of which every two keep their distance, the most
-/// rigid joined first.
+/// Returns the groups of three or more points that keep their distances, the most rigid first.
 fn groups(points: &[Vec<Sample>]) -> Vec<Vec<usize>> {
     let count = points.len();
     let pairs = (0..count).flat_map(|i| (0..i).map(move |j| (i, j)));
@@ -297,8 +294,7 @@ fn change(one: &[Sample], other: &[Sample]) -> f64 {
     (most - least) / smooth[smooth.len() / 2].max(f64::MIN_POSITIVE)
 }
 
-/// Returns the centre of the points on a disc, whose distances to three others or more are equal;
-/// `None` if all are on a circle about it.
+/// Returns the point whose distances to three others or more are equal: the centre.
 fn central(points: &[&[Sample]]) -> Option<usize> {
     let is_like_centre = |i: &usize| {
         let others = (0..points.len()).filter(|j| j != i);

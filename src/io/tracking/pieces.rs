@@ -14,11 +14,9 @@ const STEPS: f64 = 20.0;
 const DEFAULT_FPS: f64 = 240.0;
 /// Least number of frames of both balls in a clip.
 const MIN_FRAMES: usize = 6;
-/// Largest ratio of a ball's speed to the fastest one before: after the impact no ball is faster,
-/// and the rest allows for the noise of a short step.
+/// Largest ratio of a ball's speed to the fastest before, which allows for noise of short steps.
 const MAX_SPEED_RATIO: f64 = 2.0;
-/// Largest ratio of the distances to the ends of the nearest and of the other track at which a
-/// piece continues the nearest.
+/// Largest ratio of the distances to the nearest end and the other at which a piece continues it.
 const MAX_DISTANCE_RATIO: f64 = 0.5;
 
 /// Returns the shots of a file: positions of lost balls are left out, one shot that is several
@@ -51,8 +49,7 @@ pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawSh
     shots
 }
 
-/// Returns the clips of a shot: one begins after a long pause, or if both balls jump without an
-/// exchange of their names.
+/// Returns the clips of a shot: each begins after a long pause, or where both balls jump.
 fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
     // without a unit, ms and frames cannot be distinguished
     let Some(unit) = shot.stated.time else { return Vec::new() };
@@ -89,8 +86,7 @@ fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
     if begins.is_empty() { Vec::new() } else { (0..=begins.len()).map(clip).collect() }
 }
 
-/// Splits the rows of every shot, one track without a name, into the tracks of two balls, which
-/// have no name until clips are separated.
+/// Splits the rows of every shot into the tracks of two balls, named when clips are separated.
 pub(super) fn follow(shots: &mut [RawShot], job: Job) {
     for shot in shots {
         let rows: Vec<Row> = shot.tracks.iter().flat_map(RawTrack::seen).copied().collect();
@@ -141,8 +137,7 @@ fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
     least.map_or([None; 2], |(i, j)| [Some(i), Some(j)])
 }
 
-/// Joins pieces to both balls' tracks: those that dataset.toml names or, if at most two tracks are
-/// seen at a time, the first two. Other pieces are left.
+/// Joins pieces to both balls' tracks, as named or, if two at most are seen at a time, the first.
 fn join(shot: &mut RawShot, job: Job) {
     let is_plain = |track: &RawTrack| track.is_centre() && !track.rows.is_empty();
     if shot.tracks.len() < 3 || !shot.tracks.iter().all(is_plain) {
@@ -171,7 +166,7 @@ fn join(shot: &mut RawShot, job: Job) {
     shot.tracks.retain(|track| !track.rows.is_empty());
 }
 
-/// Returns the indices of the tracks to which pieces are joined; `order` is that of their starts.
+/// Returns the tracks to which pieces are joined; `order` is that of their starts.
 fn heads(shot: &RawShot, order: &[usize], settings: &TrackSettings) -> Option<[usize; 2]> {
     let find = |name: &str| find(&shot.tracks, name).ok().flatten();
     if let Some([Some(cue), Some(object)]) = settings.single_names().map(|names| names.map(find)) {
@@ -182,7 +177,6 @@ fn heads(shot: &RawShot, order: &[usize], settings: &TrackSettings) -> Option<[u
     are_two.then(|| [order[0].min(order[1]), order[0].max(order[1])])
 }
 
-/// Returns whether a track has its rows in the order of time, each time once.
 fn is_in_order(track: &RawTrack) -> bool {
     track.rows.windows(2).all(|two| two[0].time < two[1].time && two[0].line <= two[1].line)
 }

@@ -38,8 +38,8 @@ impl RawShot {
         centres.collect::<Vec<_>>().try_into().ok()
     }
 
-    /// Returns the time at which a track is a tenth of its way from its start, as a part of the time
-    /// of all tracks; 1 if it stays there.
+    /// Returns the time at which a track is a tenth of its way from its start, as a part of the
+    /// time of all tracks; 1 if it stays there.
     pub(super) fn beginning(&self, track: &RawTrack) -> Option<f64> {
         const MOVED: f64 = 0.1;
         let [first, last] = span(self.tracks.iter().flat_map(|track| &track.rows).map(|row| row.time));

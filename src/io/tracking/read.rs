@@ -119,8 +119,7 @@ fn lacking(heading: &Heading) -> Option<String> {
 /// Maximum number of lines searched for the names of the columns, or for the first row.
 const MAX_LINES: usize = 100;
 
-/// Returns the layout of a table whose columns are stated. Without a column of balls, the paths
-/// separate the balls; without times, the rows of a wide table are frames.
+/// Returns the layout of a table whose columns are stated; without times, rows are frames.
 fn by_columns(job: Job, wanted: &Columns) -> Option<Layout> {
     let is_numbered = wanted.values().any(|column| matches!(column, Column::Number(_)));
     let heading = if is_numbered { numbered(job, wanted) } else { header(job, wanted) }?;
@@ -162,8 +161,8 @@ fn angle_unit_of(heading: &Heading, column: usize, wanted: &Columns, job: Job) -
     None
 }
 
-/// Returns the column of frame numbers or times if [tracks.columns] does not name them, and whether
-/// it is of frames: it is recognised by its name, and its numbers grow from row to row of a shot.
+/// Returns the column of frame numbers (flag) or times that [tracks.columns] does not name: by its
+/// name, if its numbers grow from row to row of a shot.
 fn unnamed_time(heading: &Heading, used: &[usize], shot: Option<usize>, job: Job) -> Option<(usize, bool)> {
     let names = heading.small();
     let rows = Rows::of(job.text, heading);

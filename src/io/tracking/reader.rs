@@ -17,8 +17,7 @@ const MAX_PROBLEMS: usize = 100;
 /// Least likelihood of a position, unless stated: the default of `DeepLabCut`.
 const LIKELY: f64 = 0.6;
 
-/// Reads the rows of a file. Skips comments (`#`) and blank lines; reports rows with a wrong number
-/// of cells.
+/// Reads the rows of a file; reports those with a wrong number of cells.
 pub(super) fn read(job: Job, layout: &Layout) -> Vec<RawShot> {
     let (times, positions, shots) = (Mark::default(), Mark::default(), IndexMap::new());
     let mut reader = Reader { job, layout, times, positions, clock: None, shots, trackless: None };
@@ -141,7 +140,6 @@ impl Reader<'_> {
         }
     }
 
-    /// Returns the index of a shot, which is begun unless it is known.
     fn shot(&mut self, name: &str, line: usize) -> usize {
         self.shots.get_index_of(name).unwrap_or_else(|| {
             let (file, name) = (self.job.file.to_path_buf(), name.to_string());
@@ -151,8 +149,7 @@ impl Reader<'_> {
         })
     }
 
-    /// Reads a time, a number or that of a clock; `None` if the cell is empty or wrong. All are
-    /// written as the first one is; of fractions of seconds the most digits count.
+    /// Reads a time, written as the first one is; of fractions of seconds the most digits count.
     fn time(&mut self, cell: Place) -> Option<f64> {
         let text = shortened(cell.text.trim());
         let (time, style) = if !is_clock(cell.text) {
@@ -173,8 +170,7 @@ impl Reader<'_> {
         Some(time)
     }
 
-    /// Reads the position of a body: the middle of a box, and a gap if it is too unlikely; or an
-    /// angle.
+    /// Reads the position of a body (the middle of a box; a gap if it is unlikely) or an angle.
     fn place<'c>(&mut self, body: &Body, at: impl Fn(usize) -> Place<'c>) -> [f64; 2] {
         if let Part::Angle(unit) = body.part {
             let angle = self.positions.beside(at(body.xy[0])).unwrap_or(f64::NAN);
@@ -211,7 +207,7 @@ impl Reader<'_> {
         })
     }
 
-    /// Reports properties of all rows, and returns the shots. Time codes become numbers of frames.
+    /// Reports properties of all rows; time codes become numbers of frames.
     fn finish(self) -> Vec<RawShot> {
         let job = self.job;
         if let (Some(column), Some(first), true) = (self.layout.ball(), self.trackless, self.shots.is_empty())
@@ -272,8 +268,7 @@ pub(super) struct Body {
     pub(crate) index: usize,
     /// The name that stands above the rows; otherwise it is in the column `ball`.
     pub(crate) name: String,
-    /// The columns that name the ball, and the point on it, in a table with a row per ball and
-    /// frame.
+    /// The columns that name the ball and the point in a table with a row per ball and frame.
     pub(crate) ball: Option<usize>,
     pub(crate) point: Option<usize>,
     pub(crate) part: Part,
@@ -298,13 +293,11 @@ pub(super) enum Part {
 }
 
 impl Body {
-    /// Returns a body with a fixed name and a position only.
     pub(super) fn new(name: impl Into<String>, xy: [usize; 2]) -> Self {
         Self { name: name.into(), xy, ..Self::default() }
     }
 
-    /// Returns the body with the columns of the keys that begin with `begin`, and its parts;
-    /// `None` without x and y.
+    /// Returns the body, and its parts, with the columns of the keys that begin with `begin`.
     pub(super) fn of_keys(
         name: &str,
         begin: &str,
@@ -341,8 +334,7 @@ impl Block {
 }
 
 impl Layout {
-    /// Returns the layout of blocks of rows with a column of times or, if the flag is set, of
-    /// numbers of frames. Complains if the header contradicts itself or dataset.toml about units.
+    /// Returns the layout of blocks; the flag marks frame numbers. Complains about other units.
     pub(super) fn new(
         format: Format,
         heading: Heading,
@@ -362,7 +354,6 @@ impl Layout {
         Self { heading, shot: None, time: time.map(|(column, _)| column), stated, blocks }
     }
 
-    /// Returns the block of the row in a line.
     pub(super) fn block(&self, line: usize) -> Option<&Block> {
         let begun = self.blocks.partition_point(|block| block.begin <= line);
         self.blocks[..begun].last().filter(|block| block.above < line)

@@ -3,13 +3,11 @@
 
 use super::raw::{Job, RawShot, RawTrack, Row, Subject, jump_speed, sorted, value_at};
 
-/// Least ratio of the step after a frame in which both balls stand still to the step before it at
-/// which the frame is a repeated one: the lost frame's motion is then in the step.
+/// Least ratio of the steps after and before a repeated frame, whose motion is in the former.
 const MIN_CATCH_UP: f64 = 1.5;
 /// Ratio to the step of coarse coordinates below which a ball may move without being seen to.
 const MAX_COARSE: f64 = 4.0;
-/// Ratios of the squared jumps with the names exchanged to those without. One ball's wrong position
-/// can make it 1/2, not less.
+/// Ratios of the squared jumps with exchanged names to those without; a wrong place makes it 1/2.
 const CERTAIN_SWAP: f64 = 0.1;
 const POSSIBLE_SWAP: f64 = 0.3;
 /// Longest step, frames, in which a jump can show that names were exchanged.
@@ -23,8 +21,7 @@ const MAX_DELAY_RANGES: f64 = 100.0;
 pub(super) struct Wrong {
     pub(crate) line: usize,
     pub(crate) message: String,
-    /// Whether the camera or the tracker damaged only this shot, which can be left out; otherwise
-    /// the file or dataset.toml is wrong.
+    /// Whether only this shot is damaged and can be left out; else the file or dataset.toml is.
     pub(crate) is_damage: bool,
 }
 
@@ -38,8 +35,8 @@ impl Wrong {
     }
 }
 
-/// Makes gaps of the positions that programs write for a lost ball, unless the ball's path leads
-/// there, and of impossible places and times: a lost decimal point, a misprint.
+/// Makes gaps of placeholders for a lost ball, unless its path leads there, and of impossible
+/// places and times: a lost decimal point, a misprint.
 pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
     let paths = shot.tracks.iter().filter(|track| !track.is_angle);
     let paths: Vec<Vec<&Row>> = paths.map(|track| track.seen().collect()).collect();
@@ -105,11 +102,7 @@ impl Row {
     }
 }
 
-/// Unites frames of one time. Notes rows that are not in the order of time.
-///
-/// # Errors
-/// A track at two places at one time, or a clock that starts again: another clip, or times that wrap
-/// around.
+/// Unites frames of one time. `Err`: a track at two places at a time, or a clock that starts again.
 pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Result<(), Wrong> {
     for RawTrack { name, rows, .. } in &mut shot.tracks {
         let mut written: Vec<&Row> = rows.iter().collect();
@@ -155,8 +148,7 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// Turns frames into gaps that repeat the frame before while both balls move. `resolution`: the step
-/// of the coordinates, within which balls may move without being seen to.
+/// Turns frames into gaps that repeat the frame before while a ball moves beyond `resolution`.
 pub(super) fn remove_repeated_frames(
     [cue, object]: &mut [RawTrack; 2],
     fps: f64,

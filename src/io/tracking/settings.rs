@@ -128,7 +128,6 @@ impl Names {
         !names.is_empty() && !names.iter().enumerate().any(is_bad)
     }
 
-    /// Returns them as dataset.toml writes them.
     pub(super) fn shown(&self) -> String {
         if let [one] = self.0.as_slice() { format!("{one:?}") } else { format!("{:?}", self.0) }
     }
@@ -152,9 +151,7 @@ pub(crate) struct TrackSettings {
     pub(crate) calibration: Calibration,
     /// Whether the scale is estimated from the size of the balls.
     pub(crate) from_balls: bool,
-    /// The table of shots.
     pub(crate) shots: Option<PathBuf>,
-    /// Notes on assumptions, for the reader.
     pub(crate) notes: Vec<String>,
 }
 
@@ -246,7 +243,6 @@ pub(in crate::io) enum Column {
 }
 
 impl Column {
-    /// Returns it as dataset.toml writes it.
     pub(in crate::io) fn shown(&self) -> String {
         match self {
             Self::Name(name) => toml::Value::from(name.as_str()).to_string(),
@@ -265,7 +261,6 @@ const ONE_EACH: [&str; 6] = ["ball", "point", "x_sd", "y_sd", "marker_x", "marke
 /// its other corner in x2 and y2, or its size in width and height.
 const EACH: [&str; 8] = ["x", "y", "x2", "y2", "width", "height", "likelihood", "angle"];
 const ANGLE_UNIT: &str = "angle_unit";
-/// Keys that go together.
 const PAIRS: [[&str; 2]; 4] = [["x_sd", "y_sd"], ["marker_x", "marker_y"], ["x2", "y2"], ["width", "height"]];
 
 fn keys() -> impl Iterator<Item = String> {
@@ -285,7 +280,6 @@ pub(super) fn schema_of_columns(generator: &mut SchemaGenerator) -> Schema {
     json_schema!({ "type": "object", "properties": properties, "dependentRequired": both })
 }
 
-/// Complains if some columns are stated by name and some by number.
 fn check_columns(columns: &Columns, source: &Source) {
     let mut each = columns.iter().filter(|(key, _)| *key != ANGLE_UNIT).map(|(_, column)| column);
     let is_number = |column: &Column| matches!(column, Column::Number(_));
@@ -297,7 +291,6 @@ fn check_columns(columns: &Columns, source: &Source) {
     }
 }
 
-/// Returns the unit of angles that `[tracks.columns]` states.
 pub(super) fn angle_unit(columns: &Columns) -> Option<Unit> {
     let Column::Name(word) = columns.get(ANGLE_UNIT)? else { return None };
     Unit::of(word)

@@ -22,8 +22,7 @@ use crate::io::toml_file::Source;
 use crate::measurement::number::count_of;
 use crate::numerics::median;
 
-/// Least difference of the times at which two balls begin to move, as a part of the film, for the
-/// first to be the cue ball.
+/// Least difference of the beginnings of motion, as a part of the film, that shows the cue ball.
 const EARLIER: f64 = 0.05;
 /// Least frame rate of a film of balls: no film is as slow as times in ms would be in seconds.
 const LEAST_FPS: f64 = 2.0;
@@ -46,7 +45,6 @@ const MOTIVE: &str = "Format Version";
 pub(crate) struct Survey {
     files: usize,
     shots: Vec<RawShot>,
-    /// Settings of `[tracks]` without which the first file cannot be read; perhaps empty.
     guess: Guess,
     /// Cells and rows that cannot be read, as the loader reports them.
     problems: Vec<Problem>,
@@ -100,8 +98,7 @@ impl Survey {
         self.problems.is_empty() && self.tracks().is_empty()
     }
 
-    /// Returns whether the tracks are of discs: points keep their distances in two groups, or have
-    /// angles.
+    /// Returns whether points keep their distances in two groups, or have angles.
     pub(crate) fn are_discs(&self) -> bool {
         let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && are_two_discs(shot);
         self.guess.has_angles() || self.shots.iter().any(are_discs)
@@ -149,8 +146,7 @@ impl Survey {
         }
     }
 
-    /// Returns the extent of a shot's positions, their unit if it is stated or plausible, and the
-    /// balls: the largest whose diameter is at most the least distance of the centres.
+    /// Returns the extent, its unit if stated or plausible, and the largest balls that fit.
     fn lengths(&self) -> Values {
         let extent = self.shots.iter().map(extent).fold(0.0, f64::max);
         let closest = |shot: &RawShot| {
@@ -179,8 +175,7 @@ impl Survey {
         }
     }
 
-    /// Returns which ball is the cue ball, and the guessed columns, exchanged if those named object
-    /// belong to the ball that moves first.
+    /// Returns the cue ball and the guessed columns, exchanged if those named object move first.
     fn balls(&self) -> Values {
         let (tracks, columns) = (self.tracks(), &self.guess.columns);
         let order = match tracks.as_slice() {
@@ -264,8 +259,8 @@ fn columns(text: &str) -> Option<Guess> {
     None
 }
 
-/// Guesses the columns of a table without names: a time and positions of two balls, or frame, ball,
-/// x, y and the size of a box (MOT, a benchmark of trackers, with -1 as the ball of detections).
+/// Guesses the columns of a table without names: time and two positions, or frame, ball, x, y and
+/// the size of a box (MOT, a benchmark of trackers, with -1 as the ball of detections).
 fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
     let keys = match width {
         7.. if rows.is_whole(0) && rows.values(1) > 1 && rows.is_whole(1) => "frame ball x y width height",
@@ -366,8 +361,7 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     Some(Guess { columns, is_size_doubtful: boxes.is_empty() })
 }
 
-/// Returns the column of balls of a table with these columns of times and shots, pairs of positions
-/// and boxes; one whose name is less certain only if rows differ by it.
+/// Returns the column of balls beside those of times and shots; an uncertain one if rows differ.
 fn ball(
     names: &[String],
     rows: &Rows,

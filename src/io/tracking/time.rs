@@ -76,7 +76,8 @@ pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<
 
 /// The frames behind the times of a shot.
 struct Grid {
-    /// Times of the file's clock, s, ascending: of each row if rows are counted, else the different.
+    /// Times of the file's clock, s, ascending: of each row if rows are counted, else the
+    /// different.
     times: Vec<f64>,
     are_rows: bool,
     /// Rounding of the times, s; 0 if they are exact.
@@ -98,8 +99,8 @@ impl Grid {
         self.times.last().zip(self.times.first()).map_or(0.0, |(last, first)| last - first)
     }
 
-    /// Makes every row a frame if neighbouring ones have the same time on a coarse clock. A coarse
-    /// clock with a time of its own for each frame shows one frame twice.
+    /// Makes every row a frame if neighbours share a time on a coarse clock, not if each has its
+    /// own.
     fn count_repeated(&mut self, shot: &RawShot, second: f64, rate: f64) -> Result<(), String> {
         let is_whole = |t: &f64| (t * rate - (t * rate).round()).abs() < MAX_INEXACT;
         let has_time_per_frame = self.resolution * rate < 1.5 && self.times.iter().all(is_whole);
@@ -125,8 +126,7 @@ impl Grid {
         )
     }
 
-    /// Returns the number of the frame at each time, from the first one on; `None` if the steps are
-    /// not whole frames of `spacing` (within the rounding and [`MAX_OFF`] of a frame).
+    /// Returns the frame at each time, from the first on; `None` if steps are not whole frames.
     fn frames(&self, spacing: f64) -> Option<Vec<f64>> {
         let first = *self.times.first()?;
         let nearest: Vec<f64> = self.times.iter().map(|t| ((t - first) / spacing).round()).collect();
@@ -160,8 +160,7 @@ impl Grid {
         last.map_or(self.spacing.recip(), |last| last.max(1.0) / self.length())
     }
 
-    /// Returns the frames of the coarsest grid on which all times lie, and their rate: the
-    /// roundest one that rounding leaves possible.
+    /// Returns the frames of the coarsest grid of all times, and the roundest rate possible.
     fn own_frames(&self) -> (Option<Vec<f64>>, f64) {
         let steps = || self.times.windows(2).map(|two| two[1] - two[0]);
         // most steps may be of several frames
@@ -187,8 +186,7 @@ impl Grid {
         Ok((self.without_rounding(&frames, fps), fps))
     }
 
-    /// Returns the times as they are written or, if the clock is coarse and follows these frames,
-    /// without their rounding.
+    /// Returns the times as written or, if the clock is coarse and steady, without their rounding.
     fn without_rounding(&self, frames: &[f64], rate: f64) -> Vec<f64> {
         if self.resolution <= MAX_OFF / rate
             || first_apart(frames, &self.times, self.resolution, rate).is_some()
@@ -198,8 +196,7 @@ impl Grid {
         frames.iter().map(|frame| self.times[0] + frame / rate).collect()
     }
 
-    /// Returns whether times can be of this rate by their typical spacing or, for a clock that
-    /// varies much, by the mean. Rounding makes few times uncertain.
+    /// Returns whether the typical spacing fits this rate or, of a varying clock, the mean.
     fn fits(&self, rate: f64) -> bool {
         let count = self.times.len() as f64;
         let slack = (2.0 * self.resolution / (count * self.spacing)).min(0.1);
@@ -294,7 +291,8 @@ fn spacing(times: &[f64], resolution: f64) -> f64 {
     near.iter().sum::<f64>() / near.len() as f64
 }
 
-/// Returns how much later than its frame at this rate, frames/s, each time is, from the first on, s.
+/// Returns how much later than its frame at this rate, frames/s, each time is, from the first on,
+/// s.
 fn late(frames: &[f64], seconds: &[f64], rate: f64) -> impl Iterator<Item = f64> {
     let [first_frame, first_second] = [frames, seconds].map(|all| all.first().copied().unwrap_or_default());
     let both = frames.iter().zip(seconds);

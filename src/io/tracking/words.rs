@@ -33,8 +33,7 @@ const MOTIONS: &str = "v vel speed geschw vitesse acc beschl disp rotation quate
 const MARKERS: &str = "mark rim dot spot edge rand stripe led tip";
 /// Prefixes of the names of the sides of a box.
 const BOXES: [&str; 4] = ["boundingbox", "bbox", "box", "bb"];
-/// Names of the sides of a box: a corner with the size or the other corner, and whether the names
-/// are certain without a prefix.
+/// Names of the sides of a box: a corner and size (flag) or the other corner; certain ones (flag).
 const SIDES: [([&str; 4], bool, bool); 8] = [
     (["left", "top", "width", "height"], true, true),
     (["left", "top", "w", "h"], true, true),
@@ -94,8 +93,7 @@ pub(super) fn is_angle(name: &str) -> bool {
     words(name).first().is_some_and(is_known)
 }
 
-/// Returns the meaning of a pair of columns, by the name of the x column, with its `x` at this
-/// byte.
+/// Returns the meaning of a pair of columns by the name of the x column, with its `x` at this byte.
 fn kind(names: &[String], column: usize, at: usize) -> Kind {
     let name = &names[column];
     let (before, after) = (words(&name[..at]), words(&name[at + 1..]));
@@ -149,8 +147,8 @@ pub(super) fn beside(names: &[String], x: usize, word: &str) -> Option<usize> {
     replaced(names, x, word).map(|(column, _)| column)
 }
 
-/// Returns the box, or both boxes of a wide table, that names in small letters describe, if
-/// certain: two corners belong to a box if a column names the ball of the row.
+/// Returns the box, or both boxes of a wide table, that names describe, if certain: two corners
+/// belong to a box if a column names the ball of the row.
 pub(super) fn boxes(names: &[String], names_ball: bool) -> Vec<Sides> {
     let plain: Vec<String> = names.iter().map(|name| words(name).concat()).collect();
     for (sides, is_size, are_certain) in SIDES {
@@ -196,7 +194,6 @@ worded! {
 }
 
 impl Unit {
-    /// Returns the unit that a word means, in letters of any case.
     pub(super) fn of(word: &str) -> Option<Self> {
         let word = word.trim().to_lowercase();
         Self::ALL.into_iter().find(|unit| unit.words().split(' ').any(|known| known == word))
@@ -211,7 +208,6 @@ impl Unit {
         }
     }
 
-    /// Returns the units of the same quantity.
     pub(super) fn alike(self) -> impl Iterator<Item = Self> {
         Self::ALL.into_iter().filter(move |unit| unit.si() == self.si())
     }
