@@ -28,6 +28,9 @@ const BOXES: usize = 5;
 /// Least number of rows of a table, and of numbers in each.
 const ROWS: usize = 2;
 const NUMBERS: usize = 2;
+/// Maximum number of lines shown of a table in no known format, and of characters in each.
+const MAX_LINES: usize = 6;
+const MAX_CHARACTERS: usize = 160;
 
 /// A dataset.toml that was drafted.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -105,10 +108,7 @@ impl Draft {
 /// or is empty, or files of different kinds.
 pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
     let mut files = listed(named)?;
-    let is_shots = |file: &PathBuf| {
-        file.file_name().is_some_and(|name| name.eq_ignore_ascii_case(SHOTS)) && is_shots_table(file)
-    };
-    let table = files.iter().position(is_shots).filter(|_| files.len() > 1).map(|i| files.remove(i));
+    let table = files.iter().position(is_shots_table).filter(|_| files.len() > 1).map(|i| files.remove(i));
     let mut draft = Draft::default();
     let seen = look_at(&files, &mut draft.found)?;
     draft.folder = match named {
@@ -133,6 +133,9 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
     draft.tracks = survey.tracks().into_iter().map(|(name, _)| name.to_owned()).collect();
     draft.follows = survey.times().0;
     draft.are_discs = survey.are_discs();
+    let text = text(&file)?;
+    let lines = filled_lines(&text).take(MAX_LINES);
+    let lines: Vec<String> = lines.map(|(_, line)| beginning(line, MAX_CHARACTERS)).collect();
     let values = context! {
         name => toml(name),
         kind => toml(kind),
@@ -140,7 +143,7 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
         is_film => kind == "tracks",
         has_spins,
         file => file.display().to_string(),
-        lines => first_lines(&file),
+        lines,
         table => table.as_ref().map(|table| table.display().to_string()),
         table_name => table.as_deref().and_then(Path::file_name).and_then(OsStr::to_str).map(toml),
         columns_of_shots => KNOWN.split(' ').skip(1).collect::<Vec<_>>().join(", "),
@@ -154,14 +157,6 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
         }
     }
     Ok(draft)
-}
-
-fn first_lines(file: &Path) -> Vec<String> {
-    const MAX_LINES: usize = 6;
-    const MAX_CHARACTERS: usize = 160;
-    let bytes = std::fs::read(file).unwrap_or_default();
-    let text = decode(&bytes).0;
-    filled_lines(&text).take(MAX_LINES).map(|(_, line)| beginning(line, MAX_CHARACTERS)).collect()
 }
 
 /// The content of a file.
@@ -227,10 +222,8 @@ fn is_frame(file: &Path) -> bool {
     name.ends_with(|c: char| c.is_ascii_digit()) && (1..=BOXES).contains(&text.lines().count()) && are_boxes
 }
 
-/// Returns whether a file is obviously not a table: it has few rows of numbers.
-fn is_no_table(file: &Path) -> bool {
-    let Ok(bytes) = std::fs::read(file) else { return false };
-    let text = decode(&bytes).0;
+/// Returns whether a text is obviously not a table: it has few rows of numbers.
+fn is_no_table(text: &str) -> bool {
     text.split(['\n', '\r']).filter(|line| numbers(line) >= NUMBERS).take(ROWS).count() < ROWS
 }
 
@@ -243,11 +236,12 @@ fn numbers(row: &str) -> usize {
 fn look_at(files: &[PathBuf], found: &mut Vec<String>) -> Result<Vec<Seen>, Problem> {
     let (mut seen, mut unclear) = (Vec::new(), Vec::new());
     for file in files {
-        let now = look(file);
+        let text = text(file)?;
+        let now = look(file, &text);
         let is_unclear = match &now {
             Ok(Seen { survey: Some(survey), .. }) => survey.is_empty(),
-            Ok(now) => now.kind == "tracks" && is_no_table(file),
-            Err(_) => is_no_table(file),
+            Ok(now) => now.kind == "tracks" && is_no_table(&text),
+            Err(_) => is_no_table(&text),
         };
         if is_unclear { unclear.push((file, now)) } else { seen.push(now?) }
     }
@@ -273,11 +267,15 @@ fn look_at(files: &[PathBuf], found: &mut Vec<String>) -> Result<Vec<Seen>, Prob
     Ok(seen)
 }
 
-fn look(file: &Path) -> Result<Seen, Problem> {
+fn text(file: &Path) -> Result<String, Problem> {
     let bytes = std::fs::read(file).map_err(|error| refused(file, format!("cannot be read: {error}")))?;
-    let names = header(&bytes);
+    Ok(decode(&bytes).0.into_owned())
+}
+
+fn look(file: &Path, text: &str) -> Result<Seen, Problem> {
+    let names = header(text);
     let is_odd = |c: char| c == char::REPLACEMENT_CHARACTER || c.is_control();
-    if is_tracker_project(file, &decode(&bytes).0) {
+    if is_tracker_project(file, text) {
         return Err(refused(file, TRACKER_PROJECT));
     } else if names.iter().all(String::is_empty) {
         return Err(refused(file, "is empty; expected a table of tracks or measurements"));
@@ -303,15 +301,17 @@ fn look(file: &Path) -> Result<Seen, Problem> {
     }
 }
 
-fn is_shots_table(file: &Path) -> bool {
-    let names = header(&std::fs::read(file).unwrap_or_default());
+fn is_shots_table(file: &PathBuf) -> bool {
+    let names = header(&text(file).unwrap_or_default());
     let has = |name: &str| names.iter().any(|own| own == name);
-    has("shot") && KNOWN.split(' ').skip(1).any(has) && !["cut_deg", "nx", "x"].into_iter().any(has)
+    let is_called_so = file.file_name().is_some_and(|name| name.eq_ignore_ascii_case(SHOTS));
+    let has_facts = has("shot") && KNOWN.split(' ').skip(1).any(has);
+    is_called_so && has_facts && !["cut_deg", "nx", "x"].into_iter().any(has)
 }
 
 /// Returns the names of the columns in the first line that is not blank or a comment.
-fn header(bytes: &[u8]) -> Vec<String> {
-    let (text, stated) = without_separator_line(decode(bytes).0);
+fn header(text: &str) -> Vec<String> {
+    let (text, stated) = without_separator_line(text.into());
     let mut lines = filled_lines(&text).map(|(_, line)| line);
     let first = lines.clone().find(|line| !line.trim_start().starts_with('#'));
     let first = first.or_else(|| lines.next()).unwrap_or_default();

@@ -121,22 +121,20 @@ impl RawTrack {
         self.rows.sort_by(|a, b| a.time.total_cmp(&b.time));
     }
 
+    fn index(&self, time: f64) -> Option<usize> {
+        let index = self.rows.partition_point(|row| row.time < time);
+        (self.rows.get(index)?.time == time).then_some(index)
+    }
+
     pub(super) fn at(&self, time: f64) -> Option<&Row> {
-        self.rows.get(self.rows.partition_point(|row| row.time < time)).filter(|row| row.time == time)
+        self.index(time).map(|index| &self.rows[index])
     }
 
     /// Returns the places in the rows of frames in which this track and another are seen.
     pub(super) fn frames_with(&self, other: &Self) -> Vec<[usize; 2]> {
-        let (mut frames, mut j) = (Vec::new(), 0);
-        for (i, row) in self.rows.iter().enumerate() {
-            j += other.rows[j..].iter().take_while(|other| other.time < row.time).count();
-            let Some(beside) = other.rows.get(j).filter(|other| other.time == row.time) else { continue };
-            if !row.is_gap() && !beside.is_gap() {
-                frames.push([i, j]);
-            }
-            j += 1;
-        }
-        frames
+        let frame = |(i, row): (usize, &Row)| Some([i, other.index(row.time)?]);
+        let frames = self.rows.iter().enumerate().filter_map(frame);
+        frames.filter(|[i, j]| !self.rows[*i].is_gap() && !other.rows[*j].is_gap()).collect()
     }
 
     pub(super) fn seen(&self) -> impl Iterator<Item = &Row> + Clone {

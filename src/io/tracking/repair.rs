@@ -59,20 +59,19 @@ pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
     }
     let good = paths.iter().flat_map(|path| path.windows(2)).filter(|two| !two.iter().any(is_doubtful));
     let limit = jump_speed(good.map(|two| two[0].step(two[1])));
-    let jumps = |two: &[&Row]| {
-        let [length, time] = two[0].step(two[1]);
+    let jumps = |one: &Row, other: &Row| {
+        let [length, time] = one.step(other);
         length > limit * time
     };
     let mut lost: Vec<Option<&str>> = Vec::new();
     for path in &paths {
-        let mut until = 0;
-        for stay in path.chunk_by(|a, b| a.place == b.place) {
-            let from = until;
-            until += stay.len();
-            let before = from.checked_sub(1).map(|before| jumps(&path[before..=from]));
-            let after = path.get(until - 1..=until).map(jumps);
-            let mut ends = [before, after].into_iter().flatten();
-            let is_away = before.or(after).is_some() && ends.all(|jumps| jumps);
+        let stays: Vec<&[&Row]> = path.chunk_by(|a, b| a.place == b.place).collect();
+        // whether the ball jumps from each stay at a place to the next one
+        let jumps: Vec<bool> =
+            stays.windows(2).map(|two| jumps(two[0][two[0].len() - 1], two[1][0])).collect();
+        for (i, stay) in stays.iter().enumerate() {
+            let ends = &jumps[i.saturating_sub(1)..jumps.len().min(i + 1)];
+            let is_away = !ends.is_empty() && ends.iter().all(|jumps| *jumps);
             lost.extend(stay.iter().map(|row| match row.is_placeholder() {
                 _ if is_off(row, 2) => Some("at a time far from all others"),
                 true if is_away => Some("far from its path"),
