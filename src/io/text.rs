@@ -180,13 +180,13 @@ pub(crate) fn value(cell: &str) -> Option<f64> {
 }
 
 const MARKS: [char; 2] = ['.', ','];
+const MARK_WORDS: [&str; 2] = ["point", "comma"];
 
 /// The decimal mark of one kind of cells (times, or coordinates): the same in all.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Mark {
-    /// The decimal mark, with the line of the first.
-    seen: Option<(char, usize)>,
-    complained: bool,
+    /// The first lines with each of [`MARKS`].
+    seen: [Option<usize>; 2],
     /// The first cell like 1,874, which may be thousands: line, column and cell.
     grouped: Option<(usize, String, String)>,
     /// A whole number of three digits without a mark, with its line: it goes with thousands.
@@ -227,17 +227,14 @@ impl Mark {
             cell.wrong(format!("\"{text}\" {why}; expected a finite number or an empty cell"));
         };
         let value = parse(cell.text).map_err(wrong).ok().flatten()?;
-        let Some(mark) = cell.text.chars().find(|c| MARKS.contains(c)) else { return Some(value) };
-        let (other, at) = *self.seen.get_or_insert((mark, cell.line));
-        if other != mark && !self.complained {
-            self.complained = true;
+        let Some(mark) = MARKS.iter().position(|mark| cell.text.contains(*mark)) else { return Some(value) };
+        if let (None, Some(line)) = (self.seen[mark], self.seen[1 - mark]) {
+            let (text, [own, other]) = (cell.text.trim(), [mark, 1 - mark].map(|mark| MARK_WORDS[mark]));
             cell.wrong(format!(
-                "\"{}\" has a decimal {}, but line {at} a decimal {}; expected one of them throughout",
-                cell.text.trim(),
-                word(mark),
-                word(other)
+                "\"{text}\" has a decimal {own}, but line {line} a decimal {other}; expected one of them throughout"
             ));
         }
+        self.seen[mark].get_or_insert(cell.line);
         Some(value)
     }
 
@@ -246,22 +243,18 @@ impl Mark {
         if let (Some((line, column, cell)), Some((other, plain)), false) =
             (&self.grouped, &self.hundreds, self.is_decimal)
         {
+            let mark = MARK_WORDS[usize::from(self.is_comma())];
             let message = format!(
-                "\"{cell}\" beside \"{plain}\" (line {other}) may be thousands or have a decimal {}; expected numbers without a mark \
-                 between thousands, and more digits where it is decimal",
-                self.seen.map_or("mark", |(mark, _)| word(mark))
+                "\"{cell}\" beside \"{plain}\" (line {other}) may be thousands or have a decimal {mark}; expected numbers without a mark \
+                 between thousands, and more digits where it is decimal"
             );
             problems.add(file, *line, column.as_str(), message);
         }
     }
 
     pub(crate) fn is_comma(&self) -> bool {
-        self.seen.is_some_and(|(mark, _)| mark == ',')
+        self.seen[1].is_some()
     }
-}
-
-fn word(mark: char) -> &'static str {
-    if mark == ',' { "comma" } else { "point" }
 }
 
 /// Returns at most 40 characters of a text, for messages.

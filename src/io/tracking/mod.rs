@@ -7,7 +7,6 @@ mod formats;
 mod heading;
 mod json;
 mod names;
-mod pieces;
 mod raw;
 mod read;
 mod reader;

@@ -121,20 +121,14 @@ impl RawTrack {
         self.rows.sort_by(|a, b| a.time.total_cmp(&b.time));
     }
 
-    fn index(&self, time: f64) -> Option<usize> {
-        let index = self.rows.partition_point(|row| row.time < time);
-        (self.rows.get(index)?.time == time).then_some(index)
-    }
-
     pub(super) fn at(&self, time: f64) -> Option<&Row> {
-        self.index(time).map(|index| &self.rows[index])
+        self.rows.get(self.rows.partition_point(|row| row.time < time)).filter(|row| row.time == time)
     }
 
-    /// Returns the places in the rows of frames in which this track and another are seen.
-    pub(super) fn frames_with(&self, other: &Self) -> Vec<[usize; 2]> {
-        let frame = |(i, row): (usize, &Row)| Some([i, other.index(row.time)?]);
-        let frames = self.rows.iter().enumerate().filter_map(frame);
-        frames.filter(|[i, j]| !self.rows[*i].is_gap() && !other.rows[*j].is_gap()).collect()
+    /// Returns the rows of both in each frame in which this track and another are seen.
+    pub(super) fn frames_with(&self, other: &Self) -> Vec<[Row; 2]> {
+        let frames = self.seen().filter_map(|row| Some([*row, *other.at(row.time)?]));
+        frames.filter(|[_, beside]| !beside.is_gap()).collect()
     }
 
     pub(super) fn seen(&self) -> impl Iterator<Item = &Row> + Clone {
@@ -192,7 +186,7 @@ pub(super) struct Job<'a> {
 
 impl Job<'_> {
     pub(super) fn note(self, subject: Subject, line: impl Into<Option<usize>>, message: impl AsRef<str>) {
-        self.notes.add(self.file, subject, line, message);
+        self.notes.add(self.file, subject, line.into(), message);
     }
 
     pub(super) fn wrong<'c>(
@@ -256,14 +250,8 @@ pub(super) enum Subject {
 pub(super) struct Notes(RefCell<IndexMap<(Subject, String), (String, usize)>>);
 
 impl Notes {
-    pub(super) fn add(
-        &self,
-        file: &Path,
-        subject: Subject,
-        line: impl Into<Option<usize>>,
-        message: impl AsRef<str>,
-    ) {
-        let line = line.into().map_or(String::new(), |line| format!(":{line}"));
+    pub(super) fn add(&self, file: &Path, subject: Subject, line: Option<usize>, message: impl AsRef<str>) {
+        let line = line.map_or(String::new(), |line| format!(":{line}"));
         let message = harmless(message.as_ref()).into_owned();
         self.put((subject, message), format!("{}{line}", file.display()), 1);
     }

@@ -9,7 +9,7 @@ use super::raw::{Job, RawShot, RawTrack, Subject};
 use super::reader::{self, Block, Body, Layout};
 use super::settings::{Column, Columns, Format, angle_unit};
 use super::words::{FRAMES, TIMES, Unit, find};
-use super::{json, pieces};
+use super::{finish, json};
 use crate::io::error::did_you_mean;
 use crate::io::text::{decode, filled_lines, shortened, value, without_separator_line};
 
@@ -29,7 +29,7 @@ pub(super) fn file(job: Job, alone: bool) -> Option<Vec<RawShot>> {
         return None;
     }
     let job = Job { text: &text, ..job };
-    Some(pieces::clips(as_written(job)?, alone, job))
+    Some(finish::clips(as_written(job)?, alone, job))
 }
 
 fn as_written(job: Job) -> Option<Vec<RawShot>> {
@@ -63,7 +63,7 @@ fn by_layout(layout: &Layout, job: Job) -> Vec<RawShot> {
         begin_at_zero(shot, job);
     }
     if layout.is_of_paths() {
-        pieces::follow(&mut shots, job);
+        finish::follow(&mut shots, job);
     }
     shots
 }

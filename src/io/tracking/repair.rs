@@ -25,6 +25,8 @@ pub(super) struct Wrong {
     pub(crate) is_damage: bool,
 }
 
+type Repair<T = ()> = Result<T, Wrong>;
+
 impl Wrong {
     pub(super) fn input(line: usize, message: impl Into<String>) -> Self {
         Self { line, message: message.into(), is_damage: false }
@@ -102,7 +104,7 @@ impl Row {
 }
 
 /// Unites frames of one time. `Err`: a track at two places at a time, or a clock that starts again.
-pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Result<(), Wrong> {
+pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Repair {
     for RawTrack { name, rows, .. } in &mut shot.tracks {
         let mut written: Vec<&Row> = rows.iter().collect();
         written.sort_by_key(|row| row.line);
@@ -149,31 +151,25 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Result<(), Wrong> {
 
 /// Turns frames into gaps that repeat the frame before while a ball moves beyond `resolution`.
 pub(super) fn remove_repeated_frames(
-    [cue, object]: &mut [RawTrack; 2],
+    balls: &mut [RawTrack; 2],
     fps: f64,
     resolution: f64,
     job: Job,
-) -> Result<(), Wrong> {
+) -> Repair {
+    let [cue, object] = balls;
     let frames = cue.frames_with(object);
-    let step = |two: &[[usize; 2]]| {
-        let step = |ball: &RawTrack, k: usize| ball.rows[two[0][k]].distance(&ball.rows[two[1][k]]);
-        step(cue, 0).max(step(object, 1))
-    };
-    let steps: Vec<f64> = frames.windows(2).map(step).collect();
+    let step = |ball: usize, two: &[[Row; 2]]| two[0][ball].distance(&two[1][ball]);
+    let steps: Vec<f64> = frames.windows(2).map(|two| step(0, two).max(step(1, two))).collect();
     if steps.iter().filter(|step| **step == 0.0).count() * 5 > steps.len() {
         return Ok(());
     }
-    let mut lost: Vec<[usize; 2]> = Vec::new();
     for first in (1..steps.len()).filter(|k| steps[*k] == 0.0 && steps[k - 1] != 0.0) {
         let Some(end) = (first..steps.len()).find(|k| steps[*k] != 0.0) else { break };
         if steps[first - 1].min(steps[end]) < MAX_COARSE * resolution {
             continue;
         }
-        let speed = |k: usize| {
-            let [_, time] = cue.rows[frames[k][0]].step(&cue.rows[frames[k + 1][0]]);
-            steps[k] / (time * fps).max(1.0)
-        };
-        let [known, line] = [first, first + 1].map(|k| cue.rows[frames[k][0]].line);
+        let speed = |k: usize| steps[k] / ((frames[k + 1][0].time - frames[k][0].time) * fps).max(1.0);
+        let [known, line] = [first, first + 1].map(|k| frames[k][0].line);
         let both = format!(
             "both balls are exactly where they were in line {known} while they move before and after"
         );
@@ -185,31 +181,26 @@ pub(super) fn remove_repeated_frames(
             return Err(Wrong::damaged(line, message));
         }
         job.note(Subject::Repeated, line, format!("{both}: a repeated frame, taken as a gap"));
-        lost.extend(&frames[first + 1..=end]);
-    }
-    for [c, o] in lost {
-        cue.rows[c].lose();
-        object.rows[o].lose();
+        let [lost, last] = [first + 1, end].map(|k| frames[k][0].time);
+        let rows = cue.rows.iter_mut().chain(&mut object.rows);
+        rows.filter(|row| (lost..=last).contains(&row.time)).for_each(Row::lose);
     }
     Ok(())
 }
 
 /// Undoes identity swaps of a tracker; returns the line of the first one.
-pub(super) fn undo_swaps(
-    [cue, object]: &mut [RawTrack; 2],
-    fps: f64,
-    job: Job,
-) -> Result<Option<usize>, Wrong> {
+pub(super) fn undo_swaps(balls: &mut [RawTrack; 2], fps: f64, job: Job) -> Repair<Option<usize>> {
+    let [cue, object] = balls;
     let mut swaps: Vec<Row> = Vec::new();
     for two in cue.frames_with(object).windows(2) {
-        let [[c, o], [c_next, o_next]] = [0, 1].map(|k| [&cue.rows[two[k][0]], &object.rows[two[k][1]]]);
-        let kept = c.distance(c_next).powi(2) + o.distance(o_next).powi(2);
-        let swapped = c.distance(o_next).powi(2) + o.distance(c_next).powi(2);
+        let ([c, o], [c_next, o_next]) = (two[0], two[1]);
+        let kept = c.distance(&c_next).powi(2) + o.distance(&o_next).powi(2);
+        let swapped = c.distance(&o_next).powi(2) + o.distance(&c_next).powi(2);
         if (c_next.time - c.time) * fps > MAX_SWAP_FRAMES {
             continue;
         }
         if swapped < CERTAIN_SWAP * kept {
-            swaps.push(*c_next);
+            swaps.push(c_next);
         } else if swapped < POSSIBLE_SWAP * kept {
             let message = "cue and object ball may have exchanged their names from here on; expected them set right, or the shot skipped";
             return Err(Wrong::damaged(c_next.line, message));
