@@ -2,7 +2,7 @@
 
 use super::heading::{Heading, Rows};
 use super::raw::{Job, Stated, Subject, listed, stem};
-use super::reader::{Block, Body, Layout};
+use super::reader::{Body, Layout};
 use super::settings::Format;
 use super::words::{BALLS, Kind, SHOTS, Unit, boxes, find, pairs, seconds};
 use crate::io::table::near_miss;
@@ -43,9 +43,8 @@ fn long(headings: &[Heading], job: Job) -> Option<Layout> {
     }
     let at = |name: &str| heading.at(name).filter(|_| LONG.contains(&name));
     let (shot, time) = (at("shot"), job.frame_or_time(at("frame"), at("t")));
-    let block = Block::below(&heading, Body::of_keys("", "", at, None)?);
-    let layout = Layout::new(Format::Long, heading, vec![block], time, job);
-    Some(Layout { shot, ..layout })
+    let bodies = Body::of_keys("", "", at, None)?;
+    Some(Layout { shot, ..Layout::new(Format::Long, heading, bodies, time, job) })
 }
 
 /// Finds exports of Tracker: of one track, or of several beside or below each other.
@@ -65,7 +64,7 @@ fn tracker(headings: &[Heading], job: Job) -> Option<Layout> {
     let is_number = |cell: &str| !cell.is_empty() && value(cell).is_some();
     let is_row = |line: &str| line.split([',', ';', '\t', ' ']).any(is_number);
     let is_title = |line: &str| are_below || !line.trim_start().starts_with('#');
-    let mut blocks: Vec<Block> = Vec::new();
+    let mut bodies: Vec<Body> = Vec::new();
     for (i, header) in heads.into_iter().enumerate() {
         let above = filled_lines(job.text).take_while(|(line, _)| *line < header);
         let title = above.filter(|(_, line)| is_title(line)).last();
@@ -77,9 +76,10 @@ fn tracker(headings: &[Heading], job: Job) -> Option<Layout> {
             trimmed(title, heading.separator).unwrap_or_default()
         };
         let above = heading.above + header - heading.line;
-        blocks.push(Block { begin, above, bodies: tracked(&heading.own, &tracks, header, job)? });
+        let tracked = tracked(&heading.own, &tracks, header, job)?;
+        bodies.extend(tracked.into_iter().map(|body| Body { begin, above, ..body }));
     }
-    Some(Layout::new(Format::Tracker, heading, blocks, Some(time), job))
+    Some(Layout::new(Format::Tracker, heading, bodies, Some(time), job))
 }
 
 fn is_tracker(heading: &Heading) -> bool {
@@ -138,9 +138,8 @@ fn kinovea(headings: &[Heading], job: Job) -> Option<Layout> {
         }
         Some(Body::new(if points > 1 { *stem } else { object }, [x?, y?]))
     };
-    let block = Block::below(&heading, stems.iter().map(body).collect::<Option<_>>()?);
-    let has_unit = heading.has_unit(0);
-    let layout = Layout::new(Format::Kinovea, heading, vec![block], Some((0, false)), job);
+    let (bodies, has_unit) = (stems.iter().map(body).collect::<Option<_>>()?, heading.has_unit(0));
+    let layout = Layout::new(Format::Kinovea, heading, bodies, Some((0, false)), job);
     let time = layout.stated.time.filter(|_| has_unit);
     Some(Layout { stated: Stated { time, unit: None, ..layout.stated }, ..layout })
 }
@@ -152,7 +151,7 @@ fn is_kinovea_title(line: &str) -> bool {
 /// Finds sections below a comment with the object's name or, in old versions, below a blank line
 /// after which the time begins again.
 fn sections(job: Job) -> Layout {
-    let mut blocks: Vec<Block> = Vec::new();
+    let mut bodies: Vec<Body> = Vec::new();
     let (mut unnamed, mut is_apart) = (0, true);
     let mut before: Option<f64> = None;
     for (line, text) in lines(job.text).map(|(line, text)| (line, text.trim())) {
@@ -164,18 +163,18 @@ fn sections(job: Job) -> Layout {
         let time = seconds(first).map(|(time, _)| time).or_else(|| value(first));
         let is_earlier = before.zip(time).is_some_and(|(before, time)| before >= time);
         let name = text.strip_prefix('#').map(|name| name.trim().to_string());
-        if name.is_some() || blocks.is_empty() || is_apart && is_earlier {
+        if name.is_some() || bodies.is_empty() || is_apart && is_earlier {
             unnamed += usize::from(name.is_none());
             let above = line - usize::from(name.is_none());
             let name = name.unwrap_or_else(|| unnamed.to_string());
-            blocks.push(Block { begin: line, above, bodies: vec![Body::new(name, [1, 2])] });
+            bodies.push(Body { begin: line, above, ..Body::new(name, [1, 2]) });
             before = None;
         }
         (is_apart, before) = (false, time.or(before));
     }
     let names = ["T", "X", "Y"].map(str::to_string).to_vec();
     let heading = Heading::plain(1, 1, None, names);
-    let layout = Layout::new(Format::Kinovea, heading, blocks, Some((0, true)), job);
+    let layout = Layout::new(Format::Kinovea, heading, bodies, Some((0, true)), job);
     Layout { stated: Stated { time: None, ..layout.stated }, ..layout }
 }
 
@@ -221,8 +220,8 @@ fn qualisys(_: &[Heading], job: Job) -> Option<Layout> {
         return None;
     }
     let heading = Heading::plain(header.len(), header.len(), TAB, names);
-    let bodies =
-        markers.iter().zip((counts.len()..).step_by(3)).map(|(name, x)| Body::new(*name, [x, x + 1]));
+    let columns = (counts.len()..).step_by(3);
+    let bodies = markers.iter().zip(columns).map(|(name, x)| Body::new(*name, [x, x + 1])).collect();
     if is_counted {
         Rows::of(job.text, &heading).check_clock(&heading, [0, 1], fps, job);
     }
@@ -231,9 +230,7 @@ fn qualisys(_: &[Heading], job: Job) -> Option<Layout> {
         let message = format!("says {stated} frames, but there are {rows} rows");
         job.note(Subject::Gaps, None, message);
     }
-    let block = Block::below(&heading, bodies.collect());
-    let time = is_counted.then_some((0, true));
-    let layout = Layout::new(Format::Qualisys, heading, vec![block], time, job);
+    let layout = Layout::new(Format::Qualisys, heading, bodies, is_counted.then_some((0, true)), job);
     let stated = Stated { unit: Some(Unit::Mm), fps: Some(fps), ..layout.stated };
     Some(Layout { stated, ..layout })
 }

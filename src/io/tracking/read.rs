@@ -6,7 +6,7 @@ use std::path::Path;
 use super::formats::FORMATS;
 use super::heading::{Heading, Rows, TITLES, headings};
 use super::raw::{Job, RawShot, RawTrack, Subject};
-use super::reader::{self, Block, Body, Layout};
+use super::reader::{self, Body, Layout};
 use super::settings::{Column, Columns, Format, angle_unit};
 use super::words::{FRAMES, TIMES, Unit, find};
 use super::{finish, json};
@@ -62,7 +62,9 @@ fn by_layout(layout: &Layout, job: Job) -> Vec<RawShot> {
     for shot in shots.iter_mut().filter(|_| layout.stated.format == Format::Qualisys) {
         begin_at_zero(shot, job);
     }
-    if layout.is_of_paths() {
+    // no column and no names of columns separate the balls
+    let is_unnamed = |body: &Body| body.ball.is_none() && body.name.is_empty();
+    if layout.stated.format == Format::Columns && layout.bodies.iter().all(is_unnamed) {
         finish::follow(&mut shots, job);
     }
     shots
@@ -145,8 +147,7 @@ fn by_columns(job: Job, wanted: &Columns) -> Option<Layout> {
         let message = "no column of times: every row is taken as one frame after the row above it";
         job.note(Subject::Clock, None, message);
     }
-    let block = Block::below(&heading, bodies);
-    Some(Layout { shot, ..Layout::new(Format::Columns, heading, vec![block], time, job) })
+    Some(Layout { shot, ..Layout::new(Format::Columns, heading, bodies, time, job) })
 }
 
 fn angle_unit_of(heading: &Heading, column: usize, wanted: &Columns, job: Job) -> Option<Unit> {

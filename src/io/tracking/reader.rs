@@ -24,7 +24,10 @@ pub(super) fn read(job: Job, layout: &Layout) -> Vec<RawShot> {
     let limit = job.problems.len() + MAX_PROBLEMS;
     for (line, text) in lines(job.text).take_while(|_| job.problems.len() < limit) {
         let content = text.trim_start();
-        let Some(block) = layout.block(line).filter(|_| !content.is_empty()) else { continue };
+        let bodies = layout.bodies_at(line);
+        if content.is_empty() || bodies.is_empty() {
+            continue;
+        }
         let cells = text::cells(text, layout.heading.separator);
         if content.starts_with('#') {
             if cells.is_ok_and(|cells| layout.shot == Some(0) && cells.len() == layout.heading.names.len()) {
@@ -36,7 +39,7 @@ pub(super) fn read(job: Job, layout: &Layout) -> Vec<RawShot> {
         let slip = "a quotation mark does not close in this line, or text follows it";
         let cells = cells.map_err(|_| slip.to_string()).and_then(|cells| with_width(cells, layout));
         match cells {
-            Ok(cells) => reader.add(line, &cells, &block.bodies),
+            Ok(cells) => reader.add(line, &cells, bodies),
             Err(message) => job.wrong(line, None, message),
         }
     }
@@ -118,21 +121,16 @@ impl Reader<'_> {
         for body in bodies {
             let row = Row { time, place: self.place(body, at), sd: self.deviations(body, at), line };
             let name = body.ball.map_or(body.name.as_str(), |column| at(column).text);
-            let point = match body.part {
-                Part::Centre => body.point.map(|column| at(column).text),
-                Part::Marker => Some("marker"),
-                Part::Angle(_) => Some("angle"),
-            };
-            let is_centre =
-                |point: &&str| ["", "centre", "center"].iter().any(|word| point.eq_ignore_ascii_case(word));
-            let point = point.filter(|point| !is_centre(point));
+            let point = body.point.map_or(body.part, |column| at(column).text);
+            let is_centre = ["", "centre", "center"].iter().any(|word| point.eq_ignore_ascii_case(word));
+            let point = (!is_centre).then_some(point);
             let tracks = &mut self.shots[shot].tracks;
             let is_it = |known: &RawTrack| {
                 known.body == body.index && known.point.as_deref() == point && known.name == name
             };
             let track = tracks.iter().position(is_it).unwrap_or_else(|| {
                 let (name, point) = (name.to_string(), point.map(str::to_string));
-                let is_angle = matches!(body.part, Part::Angle(_));
+                let is_angle = body.angle.is_some();
                 tracks.push(RawTrack { name, body: body.index, point, is_angle, ..RawTrack::default() });
                 tracks.len() - 1
             });
@@ -161,7 +159,10 @@ impl Reader<'_> {
             return None;
         };
         let (first, at) = self.clock.get_or_insert((style, cell.line));
-        if let (Some(Style::Fraction(most)), Some(Style::Fraction(digits))) = (first.as_mut(), style) {
+        let fractions = (first.as_mut(), style);
+        if let (Some(Style { has_colon: false, digits: most }), Some(Style { has_colon: false, digits })) =
+            fractions
+        {
             *most = digits.max(*most);
         } else if *first != style {
             cell.wrong(format!("\"{text}\" is not written like the time in line {at}"));
@@ -172,7 +173,7 @@ impl Reader<'_> {
 
     /// Reads the position of a body (the middle of a box; a gap if it is unlikely) or an angle.
     fn place<'c>(&mut self, body: &Body, at: impl Fn(usize) -> Place<'c>) -> [f64; 2] {
-        if let Part::Angle(unit) = body.part {
+        if let Some(unit) = body.angle {
             let angle = self.positions.beside(at(body.xy[0])).unwrap_or(f64::NAN);
             return [if unit == Unit::Deg { 1.0_f64.to_radians() * angle } else { angle }, 0.0];
         }
@@ -224,9 +225,9 @@ impl Reader<'_> {
         let mut shots: Vec<RawShot> = self.shots.into_values().collect();
         shots.iter_mut().flat_map(|shot| &mut shot.tracks).for_each(RawTrack::sort);
         if let Some((Some(style), line)) = self.clock {
-            let (rounding, stated) = (Some(style.resolution()), self.layout.stated);
-            let mut stated = Stated { time: Some(Unit::S), rounding, ..stated };
-            if style == Style::Colon(2)
+            let rounding = Some(1.0 / 10.0_f64.powi(style.digits as i32));
+            let mut stated = Stated { time: Some(Unit::S), rounding, ..self.layout.stated };
+            if style == (Style { has_colon: true, digits: 2 })
                 && let Some(rate) = count_frames(&mut shots)
             {
                 let message = format!("times are time codes h:mm:ss:ff with {rate} frames to a second");
@@ -248,16 +249,7 @@ pub(super) struct Layout {
     /// The column of times; `None`: the rows of a shot are counted.
     pub(crate) time: Option<usize>,
     pub(crate) stated: Stated,
-    pub(crate) blocks: Vec<Block>,
-}
-
-/// Rows that are read by the same columns.
-#[derive(Clone, Debug)]
-pub(super) struct Block {
-    /// The first line of its title and names, which ends the block above.
-    pub(crate) begin: usize,
-    /// The line above the rows.
-    pub(crate) above: usize,
+    /// In the order of their lines.
     pub(crate) bodies: Vec<Body>,
 }
 
@@ -266,12 +258,19 @@ pub(super) struct Block {
 pub(super) struct Body {
     /// Its number among all bodies of the layout.
     pub(crate) index: usize,
+    /// The first line of its title, which ends bodies above, and the line above its rows. Default:
+    /// those of the heading.
+    pub(crate) begin: usize,
+    pub(crate) above: usize,
     /// The name that stands above the rows; otherwise it is in the column `ball`.
     pub(crate) name: String,
     /// The columns that name the ball and the point in a table with a row per ball and frame.
     pub(crate) ball: Option<usize>,
     pub(crate) point: Option<usize>,
-    pub(crate) part: Part,
+    /// The name of a point that no column names, "marker" or "angle".
+    pub(crate) part: &'static str,
+    /// The unit if the column x holds angles of a disc.
+    pub(crate) angle: Option<Unit>,
     pub(crate) xy: [usize; 2],
     /// The columns of the other corner of a box with a corner at x and y, or of its size.
     pub(crate) corner: Option<[usize; 2]>,
@@ -279,17 +278,6 @@ pub(super) struct Body {
     /// The columns of the position's likelihood, and of its standard deviations.
     pub(crate) likelihood: Option<usize>,
     pub(crate) sd: Option<[usize; 2]>,
-}
-
-/// The part of a body that the columns are of.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) enum Part {
-    /// The centre, or a point that a column names.
-    #[default]
-    Centre,
-    Marker,
-    /// The angle of a disc, in the column x.
-    Angle(Unit),
 }
 
 impl Body {
@@ -313,64 +301,51 @@ impl Body {
             size: pair("width", "height"),
             likelihood: of("likelihood"),
             sd: pair("x_sd", "y_sd"),
-            ..part(Part::Centre, pair("x", "y")?)
+            ..part("", pair("x", "y")?)
         };
-        let marker = pair("marker_x", "marker_y").map(|xy| part(Part::Marker, xy));
-        let angle = angle.map(|(column, unit)| part(Part::Angle(unit), [column; 2]));
+        let marker = pair("marker_x", "marker_y").map(|xy| part("marker", xy));
+        let angle = angle.map(|(column, unit)| Self { angle: Some(unit), ..part("angle", [column; 2]) });
         Some([Some(centre), marker, angle].into_iter().flatten().collect())
     }
 
     fn lengths(&self) -> impl Iterator<Item = usize> {
-        let is_length = !matches!(self.part, Part::Angle(_));
         let pairs = [Some(self.xy), self.corner, self.size, self.sd];
-        pairs.into_iter().filter(move |_| is_length).flatten().flatten()
-    }
-}
-
-impl Block {
-    pub(super) fn below(heading: &Heading, bodies: Vec<Body>) -> Self {
-        Self { begin: heading.line, above: heading.above, bodies }
+        pairs.into_iter().filter(|_| self.angle.is_none()).flatten().flatten()
     }
 }
 
 impl Layout {
-    /// Returns the layout of blocks; the flag marks frame numbers. Complains about other units.
+    /// Returns the layout of bodies; the flag marks frame numbers. Complains about other units.
     pub(super) fn new(
         format: Format,
         heading: Heading,
-        mut blocks: Vec<Block>,
+        mut bodies: Vec<Body>,
         time: Option<(usize, bool)>,
         job: Job,
     ) -> Self {
-        let bodies = blocks.iter_mut().flat_map(|block| &mut block.bodies);
-        bodies.enumerate().for_each(|(index, body)| body.index = index);
-        let lengths = blocks.iter().flat_map(|block| &block.bodies).flat_map(Body::lengths);
+        for (index, body) in bodies.iter_mut().enumerate() {
+            let above = if body.begin == 0 { heading.above } else { body.above };
+            (body.index, body.above) = (index, above);
+        }
+        let lengths = bodies.iter().flat_map(Body::lengths);
         let unit = heading.unit(lengths, Unit::M, None, job);
         let unit_of_time = match time {
             Some((time, false)) => heading.time(time, job),
             _ => Unit::Frames,
         };
         let stated = Stated { format, unit, time: Some(unit_of_time), ..Stated::default() };
-        Self { heading, shot: None, time: time.map(|(column, _)| column), stated, blocks }
+        Self { heading, shot: None, time: time.map(|(column, _)| column), stated, bodies }
     }
 
-    pub(super) fn block(&self, line: usize) -> Option<&Block> {
-        let begun = self.blocks.partition_point(|block| block.begin <= line);
-        self.blocks[..begun].last().filter(|block| block.above < line)
+    /// Returns the bodies of the row in a line.
+    fn bodies_at(&self, line: usize) -> &[Body] {
+        let begun = &self.bodies[..self.bodies.partition_point(|body| body.begin <= line)];
+        let last = begun.chunk_by(|a, b| a.begin == b.begin).next_back();
+        last.filter(|bodies| bodies[0].above < line).unwrap_or_default()
     }
 
-    pub(super) fn bodies(&self) -> impl Iterator<Item = &Body> {
-        self.blocks.iter().flat_map(|block| &block.bodies)
-    }
-
-    pub(super) fn ball(&self) -> Option<usize> {
-        self.bodies().find_map(|body| body.ball)
-    }
-
-    /// Returns whether no column and no names of columns separate the balls.
-    pub(super) fn is_of_paths(&self) -> bool {
-        self.stated.format == Format::Columns
-            && self.bodies().all(|body| body.ball.is_none() && body.name.is_empty())
+    fn ball(&self) -> Option<usize> {
+        self.bodies.iter().find_map(|body| body.ball)
     }
 
     /// Notes how a file is read, and which of its columns are not.
@@ -378,14 +353,14 @@ impl Layout {
         let Heading { names, separator, above, .. } = &self.heading;
         let (format, separator, first) = (self.stated.format.shown(), name_of(*separator), above + 1);
         let mut message = format!("read as {format}, {separator} between cells, rows from line {first} on");
-        let named = self.bodies().filter(|body| body.part == Part::Centre && !body.name.is_empty());
+        let named = self.bodies.iter().filter(|body| body.part.is_empty() && !body.name.is_empty());
         let tracks = quoted(named.map(|body| &body.name));
         if !tracks.is_empty() {
             message += &format!(", tracks {tracks}");
         }
         let others = |body: &Body| [body.ball, body.point, body.likelihood, Some(body.xy[0])];
-        let mut read: Vec<usize> = self.bodies().flat_map(Body::lengths).collect();
-        read.extend(self.bodies().flat_map(others).chain([self.shot, self.time]).flatten());
+        let mut read: Vec<usize> = self.bodies.iter().flat_map(Body::lengths).collect();
+        read.extend(self.bodies.iter().flat_map(others).chain([self.shot, self.time]).flatten());
         let is_passed = |(i, name): &(usize, &String)| {
             !read.contains(i) && !name.is_empty() && !name.starts_with("column ")
         };

@@ -240,20 +240,11 @@ impl Unit {
     }
 }
 
-/// Notation of a time.
+/// Notation of a time: h:mm:ss.fff, or h:mm:ss:cs with a colon, and the number of its last digits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Style {
-    /// h:mm:ss.fff, with the number of digits after the mark.
-    Fraction(usize),
-    /// h:mm:ss:cs, with the number of digits after the last colon.
-    Colon(usize),
-}
-
-impl Style {
-    pub(super) fn resolution(self) -> f64 {
-        let (Self::Fraction(digits) | Self::Colon(digits)) = self;
-        1.0 / 10.0_f64.powi(digits as i32)
-    }
+pub(super) struct Style {
+    pub(crate) has_colon: bool,
+    pub(crate) digits: usize,
 }
 
 pub(super) fn is_clock(cell: &str) -> bool {
@@ -274,19 +265,15 @@ pub(super) fn seconds(cell: &str) -> Option<(f64, Style)> {
     if !(2..=3).contains(&parts.len()) || parts[1..].iter().any(|part| *part >= 60.0) {
         return None;
     }
-    let style = if has_colon { Style::Colon(part.len()) } else { Style::Fraction(part.len()) };
     let whole = parts.iter().fold(0.0, |sum, part| 60.0 * sum + part);
     let fraction = if part.is_empty() { 0.0 } else { number(part)? };
-    Some((whole + fraction / 10.0_f64.powi(part.len() as i32), style))
+    let digits = part.len();
+    Some((whole + fraction / 10.0_f64.powi(digits as i32), Style { has_colon, digits }))
 }
 
 /// Returns `2024-05-01T12:00:00Z` without the date and the zone, and whether there was a date.
 fn without_date(cell: &str) -> (&str, bool) {
     let is_date = |date: &str| date.len() == 10 && date.bytes().filter(u8::is_ascii_digit).count() == 8;
-    match cell.split_once(['T', ' ']) {
-        Some((date, time)) if is_date(date) => {
-            (time.split(['Z', '+', '-']).next().unwrap_or(time).trim(), true)
-        }
-        _ => (cell, false),
-    }
+    let dated = cell.split_once(['T', ' ']).filter(|(date, _)| is_date(date));
+    dated.map_or((cell, false), |(_, time)| (time.split(['Z', '+', '-']).next().unwrap_or(time).trim(), true))
 }
