@@ -156,9 +156,7 @@ impl<'a> Source<'a> {
             _ => self.value(term).is_some(),
         }
     }
-}
 
-impl Source<'_> {
     /// Adds all that is wrong with a value, by the schema that it is to fit.
     fn compare(&self, key: &str, value: &Spanned<DeValue>, schema: &Json) {
         let (span, kind) = (value.span(), value.get_ref().type_str());

@@ -65,18 +65,15 @@ fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
     let centres = shot.centres();
     let steps = centres.iter().flatten().flat_map(|track| track.steps());
     let jump = step * jump_speed(steps.filter(|[_, time]| is_short(*time)));
-    let jumps = |two: &[f64]| {
-        let Some([one, other]) = centres else { return false };
-        let is_far = |from: &RawTrack, to: &RawTrack| {
-            from.at(two[0]).zip(to.at(two[1])).is_some_and(|(from, to)| from.distance(to) > jump)
-        };
-        is_far(one, one) && is_far(other, other) && is_far(one, other)
+    let frames = centres.map_or(Vec::new(), |[one, other]| one.frames_with(other));
+    let jumps = |two: &&[[Row; 2]]| {
+        let ([one, other], [one_next, other_next]) = (two[0], two[1]);
+        let steps = [one.distance(&one_next), other.distance(&other_next), one.distance(&other_next)];
+        is_short(one_next.time - one.time) && steps.iter().all(|step| *step > jump)
     };
-    let begins = |two: &&[f64]| {
-        let length = two[1] - two[0];
-        length > pause || is_short(length) && jumps(two)
-    };
-    let begins: Vec<f64> = times.windows(2).filter(begins).map(|two| two[1]).collect();
+    let jumps = frames.windows(2).filter(jumps).map(|two| two[1][0].time);
+    let pauses = times.windows(2).filter(|two| two[1] - two[0] > pause).map(|two| two[1]);
+    let begins = sorted(pauses.chain(jumps));
     let clip = |i: usize| {
         let name = if alone { format!("{}", i + 1) } else { format!("{}-{}", shot.name, i + 1) };
         let mut clip = RawShot { name, ..shot.clone() };

@@ -43,7 +43,7 @@ fn long(headings: &[Heading], job: Job) -> Option<Layout> {
     }
     let at = |name: &str| heading.at(name).filter(|_| LONG.contains(&name));
     let (shot, time) = (at("shot"), job.frame_or_time(at("frame"), at("t")));
-    let bodies = Body::of_keys("", "", at, None)?;
+    let bodies = Body::of_keys("", "", None, at)?;
     Some(Layout { shot, ..Layout::new(Format::Long, heading, bodies, time, job) })
 }
 
@@ -138,7 +138,7 @@ fn kinovea(headings: &[Heading], job: Job) -> Option<Layout> {
         }
         Some(Body::new(if points > 1 { *stem } else { object }, [x?, y?]))
     };
-    let (bodies, has_unit) = (stems.iter().map(body).collect::<Option<_>>()?, heading.has_unit(0));
+    let (bodies, has_unit) = (stems.iter().map(body).collect::<Option<_>>()?, heading.units[0].is_some());
     let layout = Layout::new(Format::Kinovea, heading, bodies, Some((0, false)), job);
     let time = layout.stated.time.filter(|_| has_unit);
     Some(Layout { stated: Stated { time, unit: None, ..layout.stated }, ..layout })

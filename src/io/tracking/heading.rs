@@ -32,7 +32,7 @@ pub(super) struct Heading {
     pub(crate) names: Vec<String>,
     /// `names` without the units.
     pub(crate) bare: Vec<String>,
-    units: Vec<Option<Unit>>,
+    pub(crate) units: Vec<Option<Unit>>,
 }
 
 /// Returns the first lines of a text, comments not counted, each split by every separator.
@@ -100,10 +100,6 @@ impl Heading {
     pub(super) fn lines_below<'t>(&self, text: &'t str) -> impl Iterator<Item = (usize, &'t str)> + use<'t> {
         let above = self.above;
         filled_lines(text).filter(move |(line, _)| *line > above)
-    }
-
-    pub(super) fn has_unit(&self, column: usize) -> bool {
-        self.units[column].is_some()
     }
 
     /// Complains about names that stand twice among all; returns whether all differ.

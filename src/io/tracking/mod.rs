@@ -77,7 +77,8 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     let are_whole = problems.is_empty();
     names::pair(&mut shots, settings, &notes);
     table.name_by_file(&mut shots);
-    if settings.video.has_unknown_rate() && table.has_rates {
+    let has_rate = |facts: &Facts| facts.capture_fps != table.others.capture_fps;
+    if settings.video.has_unknown_rate() && table.rows.values().any(has_rate) {
         let message = "[video] capture_fps is \"unknown\", but the table of shots states capture_fps; expected it for all \
                        shots or for none";
         problems.add(path, None, None, message);
@@ -206,7 +207,6 @@ struct ShotsTable<'a> {
     /// The facts of shots without a row, whose labels are empty.
     others: Facts,
     note: Option<String>,
-    has_rates: bool,
 }
 
 impl<'a> ShotsTable<'a> {
@@ -214,8 +214,7 @@ impl<'a> ShotsTable<'a> {
         let capture_fps = settings.fps();
         let others =
             Facts { stated: assumed, names: settings.names.clone(), capture_fps, ..Facts::default() };
-        let mut all =
-            Self { settings, problems, rows: IndexMap::new(), others, note: None, has_rates: false };
+        let mut all = Self { settings, problems, rows: IndexMap::new(), others, note: None };
         let read = |path: &PathBuf| Table::read(path, problems);
         let Some(table) = settings.shots.as_ref().and_then(read) else { return all };
         let [x, y, z] = OMEGA.map(|name| (name, 1.0, FINITE));
@@ -226,7 +225,6 @@ impl<'a> ShotsTable<'a> {
             let Some(shot) = table.text("shot", row) else { continue };
             let names = NAMED.map(|column| names(&table, row, column));
             let rate = table.at("capture_fps", row).map(|rate| rate.value).filter(|rate| *rate > 0.0);
-            all.has_rates |= rate.is_some();
             let facts = Facts {
                 line: table.line(row),
                 skip: skip(&table, row),

@@ -92,17 +92,16 @@ pub(in crate::io) fn is_tracker_project(file: &Path, text: &str) -> bool {
     is_archive || is_xml() && text.contains("org.opensourcephysics.cabrillo.tracker")
 }
 
+const ANY_FORMAT: &str = "a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a \
+     section [tracks.columns] in dataset.toml that says which column is what";
+
 fn complain_of_format(headings: &[Heading], job: Job) {
     let Some((line, first)) = filled_lines(job.text).next() else {
         return job.wrong(None, None, "is empty; expected tracked positions");
     };
     let format = job.settings.tracks.format;
     let expected = match format {
-        Format::Auto => {
-            "a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a section \
-             [tracks.columns] in dataset.toml that says which column is what"
-                .to_owned()
-        }
+        Format::Auto => ANY_FORMAT.to_owned(),
         _ => format!("{}, as [tracks] format states", format.name()),
     };
     let is_of_long = matches!(format, Format::Auto | Format::Long);
@@ -135,31 +134,22 @@ fn by_columns(job: Job, wanted: &Columns) -> Option<Layout> {
     let time = time.or_else(|| unnamed_time(&heading, &read, shot, job));
     let [cue, object] = job.settings.first_names();
     let is_wide = wanted.contains_key("cue_x");
-    let mut bodies = Vec::new();
-    for (name, begin) in if is_wide { vec![(cue, "cue_"), (object, "object_")] } else { vec![("", "")] } {
-        let angle = match column(&format!("{begin}angle")) {
-            Some(column) => Some((column, angle_unit_of(&heading, column, wanted, job)?)),
-            None => None,
-        };
-        bodies.append(&mut Body::of_keys(name, begin, column, angle)?);
+    let angles: Vec<usize> = ["angle", "cue_angle", "object_angle"].into_iter().filter_map(column).collect();
+    let unit = angle_unit(wanted).map(|unit| (unit, "[tracks.columns] angle_unit states".to_string()));
+    let unit = heading.unit(angles.iter().copied(), Unit::Rad, unit, job);
+    if let (Some(first), None) = (angles.first(), unit) {
+        let message = "the unit of these angles is not stated; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"";
+        job.wrong(heading.line, heading.bare[*first].as_str(), message);
+        return None;
     }
+    let balls = if is_wide { vec![(cue, "cue_"), (object, "object_")] } else { vec![("", "")] };
+    let bodies = balls.into_iter().map(|(name, begin)| Body::of_keys(name, begin, unit, column));
+    let bodies = bodies.collect::<Option<Vec<_>>>()?.concat();
     if time.is_none() {
         let message = "no column of times: every row is taken as one frame after the row above it";
         job.note(Subject::Clock, None, message);
     }
     Some(Layout { shot, ..Layout::new(Format::Columns, heading, bodies, time, job) })
-}
-
-fn angle_unit_of(heading: &Heading, column: usize, wanted: &Columns, job: Job) -> Option<Unit> {
-    let stated = angle_unit(wanted).map(|unit| (unit, "[tracks.columns] angle_unit states".to_string()));
-    let unit = heading.unit([column], Unit::Rad, stated, job);
-    if unit.is_some() {
-        return unit;
-    }
-    let message =
-        "the unit of these angles is not stated; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"";
-    job.wrong(heading.line, heading.bare[column].as_str(), message);
-    None
 }
 
 /// Returns the column of frame numbers (flag) or times that [tracks.columns] does not name: by its
@@ -187,11 +177,10 @@ fn unnamed_time(heading: &Heading, used: &[usize], shot: Option<usize>, job: Job
 
 /// Returns the heading in the first line that has all the names.
 fn header(job: Job, wanted: &Columns) -> Option<Heading> {
-    let names =
-        wanted.iter().filter(|(key, _)| *key != "angle_unit").filter_map(|(_, column)| match column {
-            Column::Name(name) => Some(name.trim()),
-            Column::Number(_) => None,
-        });
+    let names = wanted.iter().filter_map(|(key, column)| match column {
+        Column::Name(name) if key != "angle_unit" => Some(name.trim()),
+        _ => None,
+    });
     let names: Vec<&str> = names.collect();
     let held = |heading: &Heading| names.iter().filter(|name| heading.position(name).is_some()).count();
     // the first heading that has the largest number of names

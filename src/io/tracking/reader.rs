@@ -285,12 +285,13 @@ impl Body {
         Self { name: name.into(), xy, ..Self::default() }
     }
 
-    /// Returns the body, and its parts, with the columns of the keys that begin with `begin`.
+    /// Returns the body and its parts with the columns of the keys that begin with `begin`, and with
+    /// this unit of angles.
     pub(super) fn of_keys(
         name: &str,
         begin: &str,
+        angle: Option<Unit>,
         at: impl Fn(&str) -> Option<usize>,
-        angle: Option<(usize, Unit)>,
     ) -> Option<Vec<Self>> {
         let of = |key: &str| at(&format!("{begin}{key}"));
         let pair = |one: &str, other: &str| Some([of(one)?, of(other)?]);
@@ -304,8 +305,8 @@ impl Body {
             ..part("", pair("x", "y")?)
         };
         let marker = pair("marker_x", "marker_y").map(|xy| part("marker", xy));
-        let angle = angle.map(|(column, unit)| Self { angle: Some(unit), ..part("angle", [column; 2]) });
-        Some([Some(centre), marker, angle].into_iter().flatten().collect())
+        let turned = of("angle").map(|column| Self { angle, ..part("angle", [column; 2]) });
+        Some([Some(centre), marker, turned].into_iter().flatten().collect())
     }
 
     fn lengths(&self) -> impl Iterator<Item = usize> {

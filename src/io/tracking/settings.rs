@@ -173,10 +173,7 @@ impl TrackSettings {
     }
 
     pub(super) fn single_names(&self) -> Option<[&str; 2]> {
-        match [&self.names[0], &self.names[1]].map(|names| names.0.as_slice()) {
-            [[cue], [object]] => Some([cue, object]),
-            _ => None,
-        }
+        self.names[..2].iter().all(|names| names.0.len() == 1).then(|| self.first_names())
     }
 
     pub(super) fn first_names(&self) -> [&str; 2] {

@@ -352,7 +352,7 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
         let single = || named_as("likelihood").filter(|_| begins.len() == 1);
         add(&format!("{begin}likelihood"), of("likelihood").or_else(single));
     }
-    if angles.iter().any(|column| !heading.has_unit(*column)) {
+    if angles.iter().any(|column| heading.units[*column].is_none()) {
         let most = angles.iter().map(|column| rows.largest(*column)).fold(0.0, f64::max);
         let unit = if most > MAX_RADIANS { "deg" } else { "rad" };
         columns.insert("angle_unit".to_string(), Column::Name(unit.to_string()));
