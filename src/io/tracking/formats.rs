@@ -43,7 +43,7 @@ fn long(headings: &[Heading], job: Job) -> Option<Layout> {
     }
     let at = |name: &str| heading.at(name).filter(|_| LONG.contains(&name));
     let (shot, time) = (at("shot"), job.frame_or_time(at("frame"), at("t")));
-    let bodies = Body::of_keys("", "", None, at)?;
+    let bodies = Body::of_keys("", "", |_| None, at)?;
     Some(Layout { shot, ..Layout::new(Format::Long, heading, bodies, time, job) })
 }
 

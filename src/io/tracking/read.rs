@@ -134,14 +134,15 @@ fn by_columns(job: Job, wanted: &Columns) -> Option<Layout> {
     let time = time.or_else(|| unnamed_time(&heading, &read, shot, job));
     let [cue, object] = job.settings.first_names();
     let is_wide = wanted.contains_key("cue_x");
-    let angles: Vec<usize> = ["angle", "cue_angle", "object_angle"].into_iter().filter_map(column).collect();
-    let unit = angle_unit(wanted).map(|unit| (unit, "[tracks.columns] angle_unit states".to_string()));
-    let unit = heading.unit(angles.iter().copied(), Unit::Rad, unit, job);
-    if let (Some(first), None) = (angles.first(), unit) {
-        let message = "the unit of these angles is not stated; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"";
-        job.wrong(heading.line, heading.bare[*first].as_str(), message);
-        return None;
-    }
+    let unit = |column: usize| {
+        let stated = angle_unit(wanted).map(|unit| (unit, "[tracks.columns] angle_unit states".to_string()));
+        let unit = heading.unit([column], Unit::Rad, stated, job);
+        if unit.is_none() {
+            let message = "the unit of these angles is not stated; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"";
+            job.wrong(heading.line, heading.bare[column].as_str(), message);
+        }
+        unit
+    };
     let balls = if is_wide { vec![(cue, "cue_"), (object, "object_")] } else { vec![("", "")] };
     let bodies = balls.into_iter().map(|(name, begin)| Body::of_keys(name, begin, unit, column));
     let bodies = bodies.collect::<Option<Vec<_>>>()?.concat();

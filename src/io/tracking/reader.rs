@@ -285,12 +285,12 @@ impl Body {
         Self { name: name.into(), xy, ..Self::default() }
     }
 
-    /// Returns the body and its parts with the columns of the keys that begin with `begin`, and with
-    /// this unit of angles.
+    /// Returns the body and its parts with the columns of the keys that begin with `begin`; `None`
+    /// without x and y, or without a unit of angles.
     pub(super) fn of_keys(
         name: &str,
         begin: &str,
-        angle: Option<Unit>,
+        angle_unit: impl Fn(usize) -> Option<Unit>,
         at: impl Fn(&str) -> Option<usize>,
     ) -> Option<Vec<Self>> {
         let of = |key: &str| at(&format!("{begin}{key}"));
@@ -305,8 +305,11 @@ impl Body {
             ..part("", pair("x", "y")?)
         };
         let marker = pair("marker_x", "marker_y").map(|xy| part("marker", xy));
-        let turned = of("angle").map(|column| Self { angle, ..part("angle", [column; 2]) });
-        Some([Some(centre), marker, turned].into_iter().flatten().collect())
+        let mut bodies: Vec<Self> = [Some(centre), marker].into_iter().flatten().collect();
+        if let Some(column) = of("angle") {
+            bodies.push(Self { angle: Some(angle_unit(column)?), ..part("angle", [column; 2]) });
+        }
+        Some(bodies)
     }
 
     fn lengths(&self) -> impl Iterator<Item = usize> {
