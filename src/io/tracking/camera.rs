@@ -200,12 +200,6 @@ pub(super) struct Point {
     m: [f64; 2],
 }
 
-const COLLINEAR: &str =
-    "the [[scale.point]] lie on one line, or all but one do; expected four of which no three are on a line";
-
-const BEHIND: &str = "the [[scale.point]] cannot be pictures of points in one plane in front of a camera; expected each \
-                      px with its own m";
-
 impl Calibration {
     pub(super) fn metres(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (factor, divisor) = self.scale;
@@ -220,7 +214,7 @@ impl Calibration {
     pub(super) fn sd(&self, [x, y]: [f64; 2], sd: [f64; 2]) -> [f64; 2] {
         let (factor, divisor) = self.scale;
         let Some(map) = &self.homography else { return sd.map(|sd| factor * sd / divisor) };
-        let p = map * homogeneous([x, y]);
+        let p = map * Point2::new(x, y).to_homogeneous();
         [0, 1].map(|i| {
             let slope = |k: usize| (map[(i, k)] - p[i] / p.z * map[(2, k)]) / p.z;
             (slope(0) * sd[0]).hypot(slope(1) * sd[1])
@@ -243,9 +237,12 @@ pub(super) fn homography(points: &[Point], is_up: Option<bool>) -> Result<(Matri
     if points.iter().flat_map(|point| [point.px, point.m]).flatten().any(|x| !x.is_finite()) {
         return Err("a [[scale.point]] is not finite; expected numbers".to_string());
     }
-    let map = least_squares(points).ok_or(COLLINEAR)?;
-    if !points.iter().all(|point| (map * homogeneous(point.px)).z > 0.0) {
-        return Err(BEHIND.to_string());
+    let map = least_squares(points).ok_or(
+        "the [[scale.point]] lie on one line, or all but one do; expected four of which no three are on a line",
+    )?;
+    if !points.iter().all(|point| (map * Point2::from(point.px).to_homogeneous()).z > 0.0) {
+        let message = "the [[scale.point]] cannot be pictures of points in one plane in front of a camera; expected each px with its own m";
+        return Err(message.to_string());
     }
     if let Some(is_up) = is_up.filter(|is_up| (map.determinant() > 0.0) != *is_up) {
         let direction = if is_up { "up" } else { "down" };
@@ -267,7 +264,8 @@ fn least_squares(points: &[Point]) -> Option<Matrix3<f64>> {
     let (from, to) = (normaliser(&pixels)?, normaliser(&metres)?);
     let mut rows = DMatrix::zeros((2 * points.len()).max(9), 9);
     for (i, point) in points.iter().enumerate() {
-        let (p, q) = (from * homogeneous(point.px), to * homogeneous(point.m));
+        let (p, q) =
+            (from * Point2::from(point.px).to_homogeneous(), to * Point2::from(point.m).to_homogeneous());
         for k in 0..3 {
             rows[(2 * i, k)] = p[k];
             rows[(2 * i, 6 + k)] = -q.x * p[k];
@@ -283,12 +281,8 @@ fn least_squares(points: &[Point]) -> Option<Matrix3<f64>> {
     }
     let normalised = Matrix3::from_row_iterator(svd.v_t?.row(8).iter().copied());
     let map = to.try_inverse()? * normalised * from;
-    let mean: Vector3<f64> = pixels.into_iter().map(homogeneous).sum();
+    let mean: Vector3<f64> = pixels.into_iter().map(|px| Point2::from(px).to_homogeneous()).sum();
     Some(if (map * mean).z < 0.0 { -map } else { map })
-}
-
-fn homogeneous([x, y]: [f64; 2]) -> Vector3<f64> {
-    Vector3::new(x, y, 1.0)
 }
 
 /// Returns the map of points to mean 0 and mean distance √2; `None` if they lie on a line.
