@@ -16,7 +16,6 @@ use crate::words::Sentences;
 /// The dataset.toml: a comment behind a tab is aligned, a line behind > is a finding, a key behind
 /// # is to be stated by the user, who must if its comment says FILL IN.
 const TEMPLATE: &str = include_str!("draft.jinja");
-
 /// Name of the table of properties of single shots.
 const SHOTS: &str = "shots.csv";
 /// Endings of tables in a folder and, if it lacks them, of other files: ImageJ calls its tables

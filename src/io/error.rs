@@ -9,7 +9,6 @@ use indexmap::IndexMap;
 
 /// Maximum number of problems listed; the rest are counted.
 const LISTED: usize = 20;
-
 /// Maximum number of other places of the same problem that are named.
 const MAX_NAMED: usize = 2;
 
@@ -107,10 +106,6 @@ impl Problems {
     /// Returns an empty list; `what` names the action that problems prevent.
     pub(crate) fn new(what: impl Into<String>) -> Self {
         Self(RefCell::new(DatasetError { what: what.into(), problems: Vec::new() }))
-    }
-
-    pub(crate) fn of_dataset(path: &Path) -> Self {
-        Self::new(format!("the data set {} cannot be used:", path.display()))
     }
 
     pub(crate) fn add<'a>(

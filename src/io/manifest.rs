@@ -22,7 +22,6 @@ use crate::physics::name::worded;
 
 /// Maximum length of a data set's name, bytes: with suffixes below the 255 of file systems.
 const MAX_NAME_BYTES: usize = 200;
-
 /// The moment of inertia of a disc over MR².
 const DISC_INERTIA: Condition = (|x| x > 0.0 && x <= 1.0, "more than 0, at most 1 (a ring)");
 

@@ -34,7 +34,7 @@ pub use manifest::Kind;
 /// Every problem of the data set, with file, line, column, value and what was expected.
 pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
     let file = if path.is_dir() { path.join("dataset.toml") } else { path.to_path_buf() };
-    let problems = Problems::of_dataset(&file);
+    let problems = Problems::new(format!("the data set {} cannot be used:", file.display()));
     if !file.is_file() {
         let message = "there is no such file; expected a dataset.toml, or a folder that holds one";
         problems.add(&file, None, None, message);
@@ -49,7 +49,8 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
 /// # Errors
 /// Those of [`load`].
 pub(crate) fn load_text(text: &str, path: &Path) -> Result<Dataset, DatasetError> {
-    checked(path, Some(text), Problems::of_dataset(path), dataset)
+    let problems = Problems::new(format!("the data set {} cannot be used:", path.display()));
+    checked(path, Some(text), problems, dataset)
 }
 
 /// Returns the JSON Schema (draft 2020-12) of dataset.toml, for editors that check it.

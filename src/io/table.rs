@@ -255,7 +255,6 @@ impl<'a> Table<'a> {
 
 /// Words for standard deviation, after or before the name of a column.
 const SPREADS: &str = "std sdev stdev stddev std_dev err error sigma unc uncertainty se stderr std_err sd";
-
 /// Least lengths of a name with one slip of the pen, and with two.
 const ONE_SLIP: usize = 5;
 const TWO_SLIPS: usize = 9;

@@ -146,7 +146,6 @@ impl Place<'_> {
 
 /// Words that programs write instead of a missing number, in small letters.
 const GAPS: &str = "nan na n/a n/d #n/a #div/0! #value! null none nil ? \\n - -- \u{2013} \u{2014}";
-
 /// Largest number of bytes of a number.
 const LONGEST: usize = 64;
 

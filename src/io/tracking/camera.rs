@@ -29,7 +29,7 @@ pub(crate) struct CameraSection {
     perspective: Option<Stated>,
     lens: Option<Stated>,
     /// Seconds from the first row of the picture to the last.
-    shutter: Option<NumberOr<Word>>,
+    pub(super) shutter: Option<NumberOr<Word>>,
     parallax: Option<Word>,
 }
 
@@ -44,7 +44,7 @@ enum Stated {
 
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(rename_all = "lowercase")]
-enum Word {
+pub(super) enum Word {
     Auto,
     None,
 }
@@ -137,11 +137,6 @@ impl Camera {
 }
 
 impl CameraSection {
-    /// Returns the stated seconds from the first row of the picture to the last.
-    pub(super) fn readout(&self) -> Option<f64> {
-        self.shutter.and_then(NumberOr::number)
-    }
-
     fn statements(&self) -> impl Iterator<Item = (&'static Key, Stated)> {
         let [scale, aspect, shear] = [&self.scale, &self.aspect, &self.shear].map(Clone::clone);
         let words = [self.shutter.and_then(NumberOr::word), self.parallax];

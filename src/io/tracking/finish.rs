@@ -140,7 +140,7 @@ fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
 
 /// Joins pieces to both balls' tracks, as named or, if two at most are seen at a time, the first.
 fn join(shot: &mut RawShot, job: Job) {
-    let is_plain = |track: &RawTrack| track.is_centre() && !track.rows.is_empty();
+    let is_plain = |track: &RawTrack| track.point.is_none() && !track.rows.is_empty();
     if shot.tracks.len() < 3 || !shot.tracks.iter().all(is_plain) {
         return;
     }
@@ -225,7 +225,7 @@ pub(super) fn shot(mut raw: RawShot, mut facts: Facts, job: Job) -> Result<Track
             wrong.is_damage &= !facts.names_balls;
         }
         let time = time::convert(&mut raw, facts.capture_fps, job);
-        wrong.extend(time.err().map(|message| Wrong::input(raw.line, message)));
+        wrong.extend(time.err().map(|message| Wrong { line: raw.line, message, is_damage: false }));
         return Err(wrong);
     }
     for other in raw.tracks.extract_if(.., |track| track.role.is_none()) {
@@ -239,7 +239,7 @@ pub(super) fn shot(mut raw: RawShot, mut facts: Facts, job: Job) -> Result<Track
 fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong> {
     let calibration = &job.settings.calibration(raw.stated.unit);
     let fps = time::convert(&mut raw, facts.capture_fps, job);
-    let fps = fps.map_err(|message| Wrong::input(raw.line, message))?;
+    let fps = fps.map_err(|message| Wrong { line: raw.line, message, is_damage: false })?;
     repair::unite_frames(&mut raw, job)?;
     let mut centres = [0, 1].map(|ball| centre(&mut raw.tracks, ball));
     let of = |ball: usize, is_marker: bool| {
@@ -252,7 +252,7 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
     if let Some(line) = swapped.filter(|_| !raw.tracks.is_empty()) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
                        not certain which of both did; expected them set right, or the shot skipped";
-        return Err(Wrong::damaged(line, message));
+        return Err(Wrong { line, message: message.to_string(), is_damage: true });
     }
     let resolution = resolution(&centres, calibration, job);
     let mut paths = centres.each_ref().map(|centre| samples(centre, centre, calibration));
@@ -266,7 +266,11 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
         if job.settings.discs && of(i, false).next().is_some() {
             let points: Vec<&[Sample]> =
                 markers[first..].iter().map(|marker| marker.samples.as_slice()).collect();
-            paths[i] = circle_centres(&points).map_err(|message| Wrong::damaged(raw.line, message))?;
+            paths[i] = circle_centres(&points).map_err(|message| Wrong {
+                line: raw.line,
+                message,
+                is_damage: true,
+            })?;
         }
     }
     let spin = facts.spin();
@@ -283,7 +287,8 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
     if shot.samples_mut().all(is_finite) {
         return Ok(shot);
     }
-    Err(Wrong::input(shot.line, "a position or time is too large to be converted"))
+    let message = "a position or time is too large to be converted".to_string();
+    Err(Wrong { line: shot.line, message, is_damage: false })
 }
 
 /// Removes and returns the centre of a ball, or returns the mean of several points, which remain.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use super::raw::Job;
 use super::time::{first_apart, resolution};
-use super::words::{Unit, is_clock};
+use super::words::Unit;
 use crate::io::text::{SEPARATORS, Separator, filled_lines, parse, trimmed, unmarked, value};
 
 /// Maximum number of lines of titles above the names of columns, as spreadsheets have.
@@ -151,7 +151,7 @@ impl Heading {
         if bare.zip(&units).all(|(cell, unit)| unit.is_some() || is_empty(cell)) {
             return units.iter().any(Option::is_some).then_some(units);
         }
-        let is_word = |cell: &&String| parse(cell).is_err() && !is_clock(cell);
+        let is_word = |cell: &&String| parse(cell).is_err() && !cell.contains(':');
         let are_names = cells.iter().all(|cell| cell.is_empty() || is_word(&cell));
         (are_names && cells.iter().filter(is_word).count() >= MIN_NAMES).then_some(units)
     }

@@ -106,7 +106,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
         notes: settings.notes.iter().cloned().chain(notes.into_lines()).chain(table.note).collect(),
         discs: manifest.discs,
         camera: settings.camera.values(is_motion_capture),
-        rate_sd: settings.rate_sd(),
+        rate_sd: settings.video.capture_fps_sd.zip(settings.fps()).map(|(sd, fps)| sd / fps),
         tilt_sd: settings.tilt_sd,
         topspin_sd: settings.topspin_sd,
         from_balls: settings.from_balls,

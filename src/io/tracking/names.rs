@@ -46,7 +46,8 @@ fn assign_one(
     job: Job,
 ) -> Result<(), Wrong> {
     let RawShot { tracks, line, .. } = raw;
-    let Some(i) = find(tracks, name).map_err(|message| Wrong::input(*line, message))? else {
+    let Some(i) = find(tracks, name).map_err(|message| Wrong { line: *line, message, is_damage: false })?
+    else {
         let mut there: Vec<String> = tracks.iter().map(|track| shortened(&track.name)).collect();
         there.dedup();
         let free = tracks.iter().filter(|track| track.role.is_none()).count();
@@ -58,7 +59,7 @@ fn assign_one(
             if free + role.order < 2 { hint } else { "" }
         );
         // other shots may have both balls
-        return Err(Wrong::damaged(*line, message));
+        return Err(Wrong { line: *line, message, is_damage: true });
     };
     let own = tracks[i].name.clone();
     if own != *name {
@@ -66,7 +67,7 @@ fn assign_one(
         job.note(Subject::Names, tracks[i].line(), message);
     }
     tracks[i].role = Some(role);
-    for point in tracks.iter_mut().filter(|other| !other.is_centre() && other.name == own) {
+    for point in tracks.iter_mut().filter(|other| other.point.is_some() && other.name == own) {
         point.role.get_or_insert(Role { is_marker: true, order: 0, ..role });
     }
     Ok(())
@@ -74,7 +75,7 @@ fn assign_one(
 
 /// Numbers tracks of the same name, in their order: "A (1)", "A (2)".
 pub(super) fn number_twins(tracks: &mut [RawTrack]) {
-    let mut bodies: Vec<&mut RawTrack> = tracks.iter_mut().filter(|track| track.is_centre()).collect();
+    let mut bodies: Vec<&mut RawTrack> = tracks.iter_mut().filter(|track| track.point.is_none()).collect();
     let names: Vec<String> = bodies.iter().map(|track| track.name.clone()).collect();
     for (i, track) in bodies.iter_mut().enumerate() {
         let before = names[..i].iter().filter(|name| **name == names[i]).count();
@@ -99,7 +100,7 @@ pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<usize>, S
         let is_numbered = number.is_some_and(|number| number.parse::<usize>().is_ok());
         [name == wanted, lower == small, is_mass, is_numbered].iter().position(|fits| *fits)
     };
-    let is_free = |track: &RawTrack| track.is_centre() && track.role.is_none();
+    let is_free = |track: &RawTrack| track.point.is_none() && track.role.is_none();
     let rank_at = |i: &usize| Some(&tracks[*i]).filter(|track| is_free(track)).and_then(|t| rank(&t.name));
     let best = (0..tracks.len()).filter_map(|i| rank_at(&i)).min();
     let found: Vec<usize> = (0..tracks.len()).filter(|i| best.is_some() && rank_at(i) == best).collect();
@@ -156,7 +157,7 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
 /// Returns a file that is one ball's track, if the track's name or its own names the ball.
 fn single(shot: &RawShot, balls: [&str; 2]) -> Option<Single> {
     let (stem, folder) = (stem(&shot.file), shot.file.parent());
-    if shot.tracks.len() != 1 || !shot.tracks[0].is_centre() || shot.name != stem {
+    if shot.tracks.len() != 1 || shot.tracks[0].point.is_some() || shot.name != stem {
         return None;
     }
     // the name without the ball's, for either ball; the files of Tracker's mass A are named A
@@ -206,7 +207,7 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(
     let is_named = |name: &str| !matches!(find(&raw.tracks, name), Ok(None));
     if ["cue", "object"].into_iter().any(is_named)
         || raw.tracks.len() < 2
-        || !raw.tracks.iter().all(RawTrack::is_centre)
+        || raw.tracks.iter().any(|track| track.point.is_some())
     {
         return Ok(());
     }
@@ -224,7 +225,7 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(
              shot skipped",
             points.len()
         );
-        Wrong::damaged(raw.line, message)
+        Wrong { line: raw.line, message, is_damage: true }
     })?;
     let begin = |group: &Vec<usize>| span(group.iter().filter_map(|i| raw.beginning(&raw.tracks[*i])))[0];
     if begin(&groups[1]) < begin(&groups[0]) {

@@ -34,7 +34,7 @@ impl RawShot {
     }
 
     pub(super) fn centres(&self) -> Option<[&RawTrack; 2]> {
-        let centres = self.tracks.iter().filter(|track| track.is_centre());
+        let centres = self.tracks.iter().filter(|track| track.point.is_none());
         centres.collect::<Vec<_>>().try_into().ok()
     }
 
@@ -93,7 +93,7 @@ pub(super) struct RawTrack {
     pub(crate) name: String,
     /// Index of its body in the layout of the file: two may have the same name.
     pub(crate) body: usize,
-    /// Name of a marker on the ball `name`.
+    /// Name of a marker on the ball `name`; `None` for its centre.
     pub(crate) point: Option<String>,
     /// Whether x holds the angle of the disc `name`, radians from the file's x axis to its y axis.
     pub(crate) is_angle: bool,
@@ -113,10 +113,6 @@ pub(super) struct Role {
 }
 
 impl RawTrack {
-    pub(super) fn is_centre(&self) -> bool {
-        self.point.is_none()
-    }
-
     pub(super) fn sort(&mut self) {
         self.rows.sort_by(|a, b| a.time.total_cmp(&b.time));
     }

@@ -8,12 +8,11 @@ use super::heading::Heading;
 use super::raw::{Job, RawShot, RawTrack, Row, Stated, Subject, listed, quoted, stem};
 use super::settings::Format;
 use super::time::count_frames;
-use super::words::{Style, Unit, is_clock, seconds};
+use super::words::{Style, Unit, seconds};
 use crate::io::text::{self, Mark, Place, lines, name_of, shortened};
 
 /// Number of problems of a file after which reading ends.
 const MAX_PROBLEMS: usize = 100;
-
 /// Least likelihood of a position, unless stated: the default of `DeepLabCut`.
 const LIKELY: f64 = 0.6;
 
@@ -150,7 +149,7 @@ impl Reader<'_> {
     /// Reads a time, written as the first one is; of fractions of seconds the most digits count.
     fn time(&mut self, cell: Place) -> Option<f64> {
         let text = shortened(cell.text.trim());
-        let (time, style) = if !is_clock(cell.text) {
+        let (time, style) = if !cell.text.contains(':') {
             (self.times.number(cell)?, None)
         } else if let Some((time, style)) = seconds(cell.text) {
             (time, Some(style))

@@ -27,16 +27,6 @@ pub(super) struct Wrong {
 
 type Repair<T = ()> = Result<T, Wrong>;
 
-impl Wrong {
-    pub(super) fn input(line: usize, message: impl Into<String>) -> Self {
-        Self { line, message: message.into(), is_damage: false }
-    }
-
-    pub(super) fn damaged(line: usize, message: impl Into<String>) -> Self {
-        Self { is_damage: true, ..Self::input(line, message) }
-    }
-}
-
 /// Makes gaps of placeholders for a lost ball, unless its path leads there, and of impossible
 /// places and times: a lost decimal point, a misprint.
 pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
@@ -114,7 +104,7 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Repair {
                 "time of \"{name}\" runs backwards, from {:.6} s to {:.6} s; expected each clip as a shot of its own",
                 two[0].time, two[1].time
             );
-            Wrong::input(two[1].line, message)
+            Wrong { line: two[1].line, message, is_damage: false }
         });
         let is_second = written.len() > 2 && written[written.len() - 1].time < written[0].time;
         if let Some(clip) = clip.clone().filter(|_| backwards.next().is_none() && is_second) {
@@ -131,7 +121,7 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Repair {
                     "\"{name}\" is at two places at {:.6} s: ({}, {}) here and ({}, {}) in line {}; expected one",
                     row.time, row.place[0], row.place[1], known.place[0], known.place[1], known.line
                 );
-                return Err(clip.unwrap_or(Wrong::input(row.line, message)));
+                return Err(clip.unwrap_or(Wrong { line: row.line, message, is_damage: false }));
             }
             let message =
                 format!("\"{name}\" has its time twice (line {}); one row is passed over", known.line);
@@ -178,7 +168,7 @@ pub(super) fn remove_repeated_frames(
                 "{both}, and do not catch up: a frame was put in here, and all later times may be late. Expected the clip without it, \
                  with the frames after it renumbered; or skip the shot"
             );
-            return Err(Wrong::damaged(line, message));
+            return Err(Wrong { line, message, is_damage: true });
         }
         job.note(Subject::Repeated, line, format!("{both}: a repeated frame, taken as a gap"));
         let [lost, last] = [first + 1, end].map(|k| frames[k][0].time);
@@ -203,7 +193,7 @@ pub(super) fn undo_swaps(balls: &mut [RawTrack; 2], fps: f64, job: Job) -> Repai
             swaps.push(c_next);
         } else if swapped < POSSIBLE_SWAP * kept {
             let message = "cue and object ball may have exchanged their names from here on; expected them set right, or the shot skipped";
-            return Err(Wrong::damaged(c_next.line, message));
+            return Err(Wrong { line: c_next.line, message: message.to_string(), is_damage: true });
         }
     }
     for pair in swaps.chunks(2) {

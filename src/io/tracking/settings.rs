@@ -17,7 +17,7 @@ pub(crate) struct VideoSection {
     capture_fps: Option<NumberOr<UnknownRate>>,
     /// Standard deviation of capture_fps, frames/s.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    capture_fps_sd: Option<f64>,
+    pub(super) capture_fps_sd: Option<f64>,
     /// The rate that the file's times follow, if it is not the camera's.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) playback_fps: Option<f64>,
@@ -161,11 +161,6 @@ impl TrackSettings {
         self.video.capture_fps.map(|rate| rate.number().unwrap_or(1.0))
     }
 
-    /// Returns the relative standard deviation of the frame rate.
-    pub(super) fn rate_sd(&self) -> Option<f64> {
-        Some(self.video.capture_fps_sd? / self.fps()?)
-    }
-
     /// Returns the calibration of a file that states this unit of lengths.
     pub(super) fn calibration(&self, unit: Option<Unit>) -> Calibration {
         let stated = unit.filter(|_| self.scale.length_unit.is_none()).and_then(Unit::metres);
@@ -188,7 +183,7 @@ impl TrackSettings {
         }
         let (is_px, has_points) = (self.scale.length_unit == Some(Unit::Px), !self.scale.point.is_empty());
         let is_up = self.scale.y_axis.map(|axis| axis == YAxis::Up);
-        let seconds = self.video.row_readout_s.or(self.camera.readout());
+        let seconds = self.video.row_readout_s.or(self.camera.shutter.and_then(NumberOr::number));
         // the balls are the ruler by a statement, or for pixels without another scale
         let is_measured = self.scale.m_per_px.is_some() || has_points;
         self.from_balls = !self.discs && !is_measured && (self.scale.from.is_some() || is_px);

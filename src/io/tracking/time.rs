@@ -15,7 +15,6 @@ const MAX_ROUNDING: f64 = 0.3;
 /// Largest relative difference of an even clock's steps beyond rounding, and of a varying one's.
 const MAX_EVEN: f64 = 0.01;
 const MAX_VARYING: f64 = 0.3;
-
 /// Frames per second of time codes.
 const CODE_RATES: [f64; 6] = [24.0, 25.0, 30.0, 48.0, 50.0, 60.0];
 

@@ -247,10 +247,6 @@ pub(super) struct Style {
     pub(crate) digits: usize,
 }
 
-pub(super) fn is_clock(cell: &str) -> bool {
-    cell.contains(':')
-}
-
 /// Returns the seconds since midnight (or since the clock began), and their notation.
 pub(super) fn seconds(cell: &str) -> Option<(f64, Style)> {
     let (time, is_dated) = without_date(cell.trim());
