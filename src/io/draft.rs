@@ -107,7 +107,8 @@ impl Draft {
 /// or is empty, or files of different kinds.
 pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
     let mut files = listed(named)?;
-    let table = files.iter().position(is_shots_table).filter(|_| files.len() > 1).map(|i| files.remove(i));
+    let table = files.iter().position(|file| is_shots_table(file)).filter(|_| files.len() > 1);
+    let table = table.map(|i| files.remove(i));
     let mut draft = Draft::default();
     let seen = look_at(&files, &mut draft.found)?;
     draft.folder = match named {
@@ -300,7 +301,7 @@ fn look(file: &Path, text: &str) -> Result<Seen, Problem> {
     }
 }
 
-fn is_shots_table(file: &PathBuf) -> bool {
+fn is_shots_table(file: &Path) -> bool {
     let names = header(&text(file).unwrap_or_default());
     let has = |name: &str| names.iter().any(|own| own == name);
     let is_called_so = file.file_name().is_some_and(|name| name.eq_ignore_ascii_case(SHOTS));
