@@ -58,7 +58,15 @@ pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<
     let line = shot.line;
     let note = |message: String| job.note(Subject::Clock, line, message);
     let (times, fps) = match rate.zip(fps) {
-        None => grid.own_times(note)?,
+        None if grid.spacing.is_nan() => {
+            return Err(format!("fewer than two times, which give no frame rate; {NEEDS_RATE}"));
+        }
+        None => {
+            let (frames, fps) = grid.own_frames();
+            let frames = frames.ok_or_else(|| format!("times are not regularly spaced; {NEEDS_RATE}"))?;
+            note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
+            (grid.without_rounding(&frames, fps), fps)
+        }
         Some((rate, fps)) => {
             grid.count_repeated(shot, second, rate)?;
             (grid.camera_times([rate, fps], playback_fps.is_some(), note)?, fps)
@@ -172,17 +180,6 @@ impl Grid {
         let possible = |rate: &f64| (rate / fps - 1.0).abs() <= slack;
         let rounded = [10.0, 1.0, 0.01].map(|unit| (fps / unit).round() * unit);
         (frames, rounded.into_iter().find(possible).unwrap_or(fps))
-    }
-
-    /// Returns the times and the frame rate of a camera whose rate is not stated.
-    fn own_times(&self, note: impl Fn(String)) -> Result<(Vec<f64>, f64), String> {
-        if self.spacing.is_nan() {
-            return Err(format!("fewer than two times, which give no frame rate; {NEEDS_RATE}"));
-        }
-        let (frames, fps) = self.own_frames();
-        let frames = frames.ok_or_else(|| format!("times are not regularly spaced; {NEEDS_RATE}"))?;
-        note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
-        Ok((self.without_rounding(&frames, fps), fps))
     }
 
     /// Returns the times as written or, if the clock is coarse and steady, without their rounding.
