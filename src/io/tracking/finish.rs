@@ -266,11 +266,8 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
         if job.settings.discs && of(i, false).next().is_some() {
             let points: Vec<&[Sample]> =
                 markers[first..].iter().map(|marker| marker.samples.as_slice()).collect();
-            paths[i] = circle_centres(&points).map_err(|message| Wrong {
-                line: raw.line,
-                message,
-                is_damage: true,
-            })?;
+            let damaged = |message| Wrong { line: raw.line, message, is_damage: true };
+            paths[i] = circle_centres(&points).map_err(damaged)?;
         }
     }
     let spin = facts.spin();
