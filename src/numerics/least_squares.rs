@@ -30,6 +30,10 @@ const AFTER_LOSS: f64 = 10.0;
 /// Factor of the damping if the normal equations cannot be solved.
 const UNSOLVABLE: f64 = 10.0;
 
+/// Largest part of the promise of a step that was not made that the next one promises: one that
+/// promises as much is the same step.
+const SHORTER: f64 = 0.5;
+
 /// Factor of the damping if the gain of a step would be lost in rounding.
 const RELAXED: f64 = 1e-6;
 
@@ -103,6 +107,7 @@ pub fn descend<S: SumOfSquares>(squares: &S, at: S::Evaluation, how: Descending)
         damping,
         growth: AFTER_LOSS,
         stall,
+        failed: f64::INFINITY,
         may_relax: true,
         stalls: 0,
         last_refinement: f64::INFINITY,
@@ -128,6 +133,8 @@ struct Marquardt {
     /// Factor of the damping after the next step that is not made.
     growth: f64,
     stall: f64,
+    /// The promise of the last step that was not made, since one was.
+    failed: f64,
     /// Whether the damping has not been relaxed since a step was made.
     may_relax: bool,
     /// Number of steps in a row that gained too little.
@@ -153,6 +160,10 @@ impl Marquardt {
             if step.promise <= rounding && self.may_relax {
                 self.may_relax = false;
                 self.damping = (RELAXED * self.damping).max(f64::MIN_POSITIVE);
+                continue;
+            }
+            if step.promise > rounding && step.promise > SHORTER * self.failed {
+                self.damping *= AFTER_LOSS;
                 continue;
             }
             let is_over = step.promise <= rounding && step.promise >= CONTRACTION * self.last_refinement;
@@ -209,7 +220,9 @@ impl<S: SumOfSquares> Solver<&S, Iterate<S::Evaluation>> for Marquardt {
             // a step without a gain may have crossed a corner: shorter ones may gain
             self.stalls = if gain > self.stall { 0 } else { self.stalls + usize::from(gain > -self.stall) };
             self.converged = (self.stalls > MAX_STALLS).then_some(true);
-            self.judge(gain / step.promise)
+            let is_made = self.judge(gain / step.promise);
+            self.failed = if is_made { f64::INFINITY } else { step.promise };
+            is_made
         };
         self.may_relax |= is_made;
         Ok((if is_made { state.param(Arc::new(trial)).cost(sum) } else { state }, None))

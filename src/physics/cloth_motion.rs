@@ -167,13 +167,13 @@ impl<T: Number> Forces<T> {
         Stretch::new(from, flat(self.tilt / T::from(1.0 + self.inertia) - friction), 0.0)
     }
 
-    /// Returns the path of a ball through an impact after which it is `after`.
-    pub(crate) fn through(&self, before: Stretch<T>, after: Moment<T>) -> Vec<Stretch<T>> {
+    /// Returns the path of a ball through an impact after which it is `after`, until a time, s.
+    pub(crate) fn through(&self, before: Stretch<T>, after: Moment<T>, until: f64) -> Vec<Stretch<T>> {
         let half = self.smoothing.contact;
         let mut path = vec![Stretch { start: f64::NEG_INFINITY, ..before }];
         path.extend((half > 0.0).then(|| before.turning(&after, half)));
         let first = path.len();
-        self.follow(after, &mut path);
+        self.follow(after, until, &mut path);
         for stretch in &mut path[first..] {
             // those that are over before the contact ends are never followed
             stretch.start = stretch.start.max(after.time.re() + half);
@@ -182,10 +182,15 @@ impl<T: Number> Forces<T> {
     }
 
     /// Appends the path of a ball after an impact: flights, landings, sliding, rolling to the end.
-    fn follow(&self, mut now: Moment<T>, path: &mut Vec<Stretch<T>>) {
+    fn follow(&self, mut now: Moment<T>, until: f64, path: &mut Vec<Stretch<T>>) {
         let lever = self.lever();
+        // a landing begins before its instant
+        let is_over = |now: &Moment<T>| now.time.re() > until + self.smoothing.landing;
         let (mut flights, mut late) = (0, 0.0);
         while now.velocity.z.re() > MIN_REBOUND && flights < MAX_FLIGHTS {
+            if is_over(&now) {
+                return;
+            }
             flights += 1;
             let mut flight = Stretch::new(now, Vector3::z() * -self.gravity, 0.0);
             flight.start += late;
@@ -216,6 +221,9 @@ impl<T: Number> Forces<T> {
             path.push(flight);
             now = flight.at(now.time + rise / self.gravity);
         }
+        if is_over(&now) {
+            return;
+        }
         let ends = |lasts: T| lasts.re() > 0.0 && lasts.re().is_finite();
         // its slip decreases by (1 + ν)/ν times the friction
         let lasts = self.norm(&now.slip) / (self.sliding * self.gravity * lever);
@@ -223,6 +231,9 @@ impl<T: Number> Forces<T> {
             let sliding = self.slide(now);
             path.push(sliding);
             now = Moment { slip: Vector2::zeros(), ..sliding.at(now.time + lasts) };
+        }
+        if is_over(&now) {
+            return;
         }
         let rolling = self.roll(now);
         path.push(rolling);
@@ -267,7 +278,7 @@ impl Path {
         // less is the rounding of a natural roll
         let rolls = before.slip.norm() <= 1e-6 * before.velocity.norm();
         let before = if rolls { forces.roll(before) } else { forces.slide(before) };
-        Self(forces.through(before, after))
+        Self(forces.through(before, after, f64::INFINITY))
     }
 
     /// Returns the instants of take-off, landings, sliding, rolling and rest, s.

@@ -2,7 +2,9 @@
 //! enough: a contact that is compliant along its surface, and weight and cloth during the contact.
 
 use super::findings::Finding;
-use super::minimise::{COMPARED_STEPS, Descent, STALL, Thinned, descend, descend_with_noise, thin};
+use super::minimise::{
+    COMPARED_STEPS, Descent, ENOUGH_SHOTS, STALL, Thinned, descend, descend_with_noise, thin,
+};
 use super::policy::Policy;
 use super::problem::{Evaluation, Problem, State};
 use super::unknowns::{Id, Mode};
@@ -79,8 +81,8 @@ fn adopt(
         let fall = from.cost - with.end.cost;
         (other, with, Tried { shots, fall, adopted: fall > least })
     };
-    let Thinned { problem: some, state, factor } = thin(problem, &descent.end.state);
-    if factor > 1.0 && least.is_finite() {
+    let Thinned { problem: some, state, factor } = thin(problem, &descent.end.state, ENOUGH_SHOTS);
+    if problem.rows().is_some() && factor > 1.0 && least.is_finite() {
         let (_, _, Tried { shots, fall, .. }) = attempt(&some, &some.descend(state).end);
         if fall < 0.0 {
             let shots = (factor * shots as f64).round() as usize;

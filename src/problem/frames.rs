@@ -174,27 +174,12 @@ impl Columns<'_> {
         all
     }
 
-    /// Adds products of rows on a piece (upper triangle).
-    fn add<const R: usize, const C: usize, const I: usize>(
-        &self,
-        total: &mut DMatrix<f64>,
-        products: &SMatrix<f64, R, R>,
-        piece: &Piece<C, I>,
-    ) {
-        let by = piece.by.transpose();
-        let of_inputs = by * (products.fixed_view::<C, C>(0, 0) * piece.by);
-        let beside = by * products.view((0, C), (C, R - C));
-        for (j, column) in self.inputs.iter().enumerate() {
-            for (i, row) in self.inputs[..=j].iter().enumerate() {
-                total[(*row.min(column), *row.max(column))] += of_inputs[(i, j)];
-            }
-        }
-        for (j, column) in self.others.iter().enumerate() {
-            for (i, row) in self.inputs.iter().enumerate() {
-                total[(*row.min(column), *row.max(column))] += beside[(i, j)];
-            }
-            for (i, row) in self.others[..=j].iter().enumerate() {
-                total[(*row.min(column), *row.max(column))] += products[(C + i, C + j)];
+    /// Adds products of all columns (upper triangle).
+    fn add(&self, total: &mut DMatrix<f64>, products: &DMatrix<f64>) {
+        let columns: Vec<usize> = self.all().collect();
+        for (j, column) in columns.iter().enumerate() {
+            for (i, row) in columns[..=j].iter().enumerate() {
+                total[(*row.min(column), *row.max(column))] += products[(i, j)];
             }
         }
     }
@@ -209,6 +194,8 @@ pub(crate) fn add_track<const R: usize, const C: usize, const I: usize>(
     noises: [usize; 2],
 ) {
     let length = total.products.ncols();
+    let others = R - C;
+    let mut products = DMatrix::zeros(I + others, I + others);
     for sights in sights.chunk_by_mut(|a, b| a.piece == b.piece) {
         let piece = &pieces[sights[0].piece];
         let mut rows = Vec::with_capacity(2 * R * sights.len());
@@ -231,8 +218,16 @@ pub(crate) fn add_track<const R: usize, const C: usize, const I: usize>(
             }
         }
         let rows = OMatrix::<f64, Const<R>, Dyn>::from_vec(rows);
-        columns.add(&mut total.products, &(&rows * rows.transpose()), piece);
+        let of_rows = &rows * rows.transpose();
+        let by = piece.by.transpose();
+        let mut of_inputs = products.fixed_view_mut::<I, I>(0, 0);
+        of_inputs += by * (of_rows.fixed_view::<C, C>(0, 0) * piece.by);
+        let mut beside = products.view_mut((0, I), (I, others));
+        beside += by * of_rows.view((0, C), (C, others));
+        let mut of_others = products.view_mut((I, I), (others, others));
+        of_others += of_rows.view((C, C), (others, others));
     }
+    columns.add(&mut total.products, &products);
 }
 
 /// Returns the weight of a frame with these residuals, and its cost.

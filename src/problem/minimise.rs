@@ -24,6 +24,9 @@ const KAPPAS: [f64; 5] = [0.2, 0.5, 1.25, 2.5, 5.0];
 /// minima.
 const APART: f64 = 0.3;
 
+/// Rise of χ² beyond which another minimum is of no interest: five standard errors.
+pub(super) const FAR: f64 = 25.0;
+
 /// Unknowns of the first descents: places and scale before all others.
 const COARSE: [Id; 7] = [Id::Mu, Id::E, Id::Scale, Id::Aspect, Id::Shear, Id::PerspectiveX, Id::PerspectiveY];
 
@@ -31,7 +34,8 @@ const COARSE: [Id; 7] = [Id::Mu, Id::E, Id::Scale, Id::Aspect, Id::Shear, Id::Pe
 const COARSE_STEPS: [usize; 2] = [10, 3];
 pub(super) const COMPARED_STEPS: usize = 12;
 
-/// Number of shots of a table that suffices to find the minima of χ².
+/// Number of shots of a film, and of rows of a table, that suffice to find the minima of χ².
+const ENOUGH_FILMED: usize = 12;
 pub(super) const ENOUGH_SHOTS: usize = 250;
 
 /// Rounds after which the states of spins stay as they are.
@@ -65,24 +69,26 @@ pub(crate) fn fit(problem: &mut Problem, start: &State) -> Option<Descent> {
 /// the first guesses are wrong, of large tables with some of the shots. From the best two, if they
 /// are different, goes on over everything free; returns the lower one.
 fn descend_coarsely(problem: &Problem, start: &State) -> Option<Evaluation> {
-    let Thinned { problem: mut coarser, state, .. } = thin(problem, start);
+    let is_film = problem.film().is_some();
+    let enough = if is_film { ENOUGH_FILMED } else { ENOUGH_SHOTS };
+    let Thinned { problem: mut coarser, state, factor } = thin(problem, start, enough);
     for sample in &mut coarser.samples {
         if let Block::Film(film) = &mut sample.block {
             film.coarsen();
         }
     }
-    let is_film = problem.film().is_some();
     let mut free = problem.free();
     free.retain(|column| !is_film || COARSE.contains(&problem.unknowns[*column].id));
     let mut coarse = descend_from_grid(&coarser, &state, &free, COARSE_STEPS[usize::from(!is_film)]);
-    let is_whole = state.own.iter().map(Vec::len).eq(start.own.iter().map(Vec::len));
-    if is_whole && coarse.len() == 1 {
+    let least = coarse.first()?.cost;
+    coarse.retain(|end| factor * (end.cost - least) < FAR);
+    if factor == 1.0 && coarse.len() == 1 {
         return coarse.pop();
     }
     let go_on = |coarse: Evaluation| {
-        let own = if is_whole { coarse.state.own } else { start.own.clone() };
+        let own = if factor == 1.0 { coarse.state.own } else { start.own.clone() };
         let state = State { own, shared: coarse.state.shared };
-        descend(problem, problem.evaluate(state), &problem.free(), (COMPARED_STEPS, STALL)).end
+        descend(problem, problem.evaluate(state), &problem.free(), (COMPARED_STEPS, ROUGH)).end
     };
     let mut ends = coarse.into_iter().take(2).map(go_on);
     let first = ends.next()?;
@@ -155,17 +161,16 @@ pub(crate) struct Thinned {
     pub(crate) factor: f64,
 }
 
-/// Returns [`ENOUGH_SHOTS`] shots, spread evenly, of a table that has more; films as they are.
-pub(crate) fn thin(problem: &Problem, state: &State) -> Thinned {
+/// Returns `enough` shots, spread evenly, of a single sample that has more.
+pub(crate) fn thin(problem: &Problem, state: &State, enough: usize) -> Thinned {
     let (mut problem, mut state) = (problem.clone(), state.clone());
     let count = state.own.first().map_or(0, Vec::len);
-    if problem.rows().is_none() || problem.samples.len() > 1 || count <= ENOUGH_SHOTS {
+    if problem.samples.len() > 1 || count <= enough {
         return Thinned { problem, state, factor: 1.0 };
     }
-    let keep: Vec<bool> =
-        (0..count).map(|i| (i + 1) * ENOUGH_SHOTS / count > i * ENOUGH_SHOTS / count).collect();
+    let keep: Vec<bool> = (0..count).map(|i| (i + 1) * enough / count > i * enough / count).collect();
     problem.retain(0, &mut state, &keep);
-    Thinned { problem, state, factor: count as f64 / ENOUGH_SHOTS as f64 }
+    Thinned { problem, state, factor: count as f64 / enough as f64 }
 }
 
 /// Minimises over everything free, and again with the noise and the spreads that the residuals show
@@ -186,8 +191,10 @@ pub(crate) fn descend_with_noise(problem: &mut Problem, mut state: State) -> Des
     }
 }
 
-/// Decrease of χ² below which a step is not made: 0.1 standard deviations.
+/// Decrease of χ² below which a step is not made: 0.1 standard deviations; and if others follow or a
+/// parabola is looked for: 0.3.
 pub(super) const STALL: f64 = 0.01;
+pub(super) const ROUGH: f64 = 0.1;
 
 /// Part by which diagonals are raised in the first step: first guesses are near.
 const FIRST_DAMPING: f64 = 1e-6;

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use nalgebra::{DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
-use super::minimise::{STALL, descend};
+use super::minimise::{ROUGH, STALL, descend};
 use super::problem::{Evaluation, Problem};
 use super::solution::Solution;
 use super::unknowns::Id;
@@ -65,7 +65,7 @@ impl Solution {
         let (value, sd) = (self.at.state.shared.0[column], self.covariance.sd(column)?);
         let [low, high] = self.problem.unknowns[column].bounds;
         let is_parabola = |to: f64| {
-            let rise = least_at(&self.problem, &self.at, &[(column, to)])
+            let rise = least_at(&self.problem, &self.at, &[(column, to)], ROUGH)
                 .map_or(f64::INFINITY, |there| (there.cost - self.at.cost).max(0.0).sqrt());
             (low..=high).contains(&to) && (rise / t - 1.0).abs() < DIFFERENT
         };
@@ -119,7 +119,7 @@ fn reach<const N: usize>(
     let mut outside: Option<(f64, f64)> = None;
     let mut trial = first.min(limit);
     for count in 0..MAX_POINTS[usize::from(problem.rows().is_none())] {
-        let there = least_at(problem, &inside.2, &place(trial));
+        let there = least_at(problem, &inside.2, &place(trial), STALL);
         let rise = there.as_ref().map_or(f64::INFINITY, |at| (at.cost - minimum.cost).max(0.0).sqrt());
         if (rise - t).abs() <= precision * t {
             return Some(trial);
@@ -175,9 +175,9 @@ fn follow(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Option
     there.cost.is_finite().then_some(there)
 }
 
-/// Returns the least χ² over all unknowns but some, which have these values; descends from another
-/// minimum, after the others have followed to first order.
-fn least_at(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Option<Evaluation> {
+/// Returns the least χ² over all unknowns but some, which have these values, until a step gains
+/// less than `stall`; descends from another minimum, after the others have followed to first order.
+fn least_at(problem: &Problem, from: &Evaluation, held: &[(usize, f64)], stall: f64) -> Option<Evaluation> {
     let is_other = |column: &usize| held.iter().all(|(held, _)| held != column);
     let others: Vec<usize> = problem.free().into_iter().filter(is_other).collect();
     let start = follow(problem, from, held).unwrap_or_else(|| {
@@ -188,6 +188,6 @@ fn least_at(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Opti
         problem.evaluate(state)
     });
     let steps = MAX_STEPS[usize::from(problem.rows().is_none())];
-    let end = descend(problem, start, &others, (steps, STALL)).end;
+    let end = descend(problem, start, &others, (steps, stall)).end;
     end.cost.is_finite().then_some(end)
 }

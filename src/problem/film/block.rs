@@ -50,6 +50,15 @@ pub(crate) struct SideSpin {
     pub(crate) sd: f64,
 }
 
+impl FilmedShot {
+    /// Returns the time since the impact of the last reading of a ball, s; without any, no end.
+    fn lasts(&self, own: &Own, shared: &Shared) -> f64 {
+        let camera = Camera::new(shared);
+        let times = self.tracks.iter().flatten().map(|frame| frame.time + camera.delay(frame.seen));
+        times.reduce(f64::max).map_or(f64::INFINITY, |last| last - own[own::TIME])
+    }
+}
+
 /// Frames of balls.
 #[derive(Clone)]
 pub(crate) struct FilmBlock {
@@ -91,7 +100,7 @@ impl FilmBlock {
         for spin in &shot.side_spins {
             spin.add_to(&mut total, &struck, object.radius);
         }
-        let pieces = struck.paths(shared, shot.spin.rolls, &object);
+        let pieces = struck.paths(shared, shot.spin.rolls, &object, shot.lasts(own, shared));
         let inputs: [usize; INPUTS] = std::array::from_fn(|i| i);
         let others: [usize; CAMERA + 1] = std::array::from_fn(|i| INPUTS + i);
         let columns = Columns { inputs: &inputs, others: &others };
@@ -115,7 +124,8 @@ impl FilmBlock {
     /// Returns the paths of the balls of a shot; `None` if its unknowns describe no collision.
     pub(super) fn pieces(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> Option<[Vec<Piece>; 2]> {
         let struck = self.struck(shot, own, shared).ok()?;
-        Some(struck.paths(shared, shot.spin.rolls, &self.contact.object()))
+        let object = self.contact.object();
+        Some(struck.paths(shared, shot.spin.rolls, &object, shot.lasts(own, shared)))
     }
 
     /// Returns the used frames of each ball, whitened; `None` if the unknowns describe no collision.

@@ -105,8 +105,8 @@ impl Struck {
     }
 
     /// Returns the paths of the cue ball, which rolls before the impact or slides, and of the
-    /// object ball, each with its first piece before the impact.
-    pub fn paths(&self, shared: &Shared, rolls: bool, object: &Ball) -> [Vec<Piece>; 2] {
+    /// object ball, each with its first piece before the impact and until a time.
+    pub fn paths(&self, shared: &Shared, rolls: bool, object: &Ball, until: f64) -> [Vec<Piece>; 2] {
         let forces = forces(shared, object.inertia);
         let object_place = DualVector::new(self.inputs[own::X], self.inputs[own::Y]);
         // the distance of the centres of touching balls on the table is 2√(R_c R_o)
@@ -117,7 +117,7 @@ impl Struck {
         let cue = self.moment(&cue_place, &self.after[0]);
         let object = self.moment(&object_place, &self.after[1]);
         let object_before = Stretch::free(Moment { velocity: Vector3::zeros(), ..object });
-        [forces.through(cue_before, cue), forces.through(object_before, object)]
+        [forces.through(cue_before, cue, until), forces.through(object_before, object, until)]
             .map(|path| path.iter().map(piece).collect())
     }
 }

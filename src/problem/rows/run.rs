@@ -13,7 +13,7 @@ use crate::problem::film::causes::{self, Refit};
 use crate::problem::findings::Finding;
 use crate::problem::intervals::{Known, ParameterEstimate, Quantiles, Status, determine, errors_as_free};
 use crate::problem::minimise::{
-    Descent, MAX_STEPS, STALL, descend, descend_from_grid, descend_with_noise, thin,
+    Descent, ENOUGH_SHOTS, FAR, MAX_STEPS, STALL, descend, descend_from_grid, descend_with_noise, thin,
 };
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
@@ -121,7 +121,7 @@ fn integrate_spins(problem: &Problem, at: &Evaluation) -> Option<Evaluation> {
     end.cost.is_finite().then_some(end)
 }
 
-/// Moves unknowns that are beside a bound on to it.
+/// Moves unknowns that are beside a bound on to it, if the data are as likely there.
 fn meet_bounds(problem: &Problem, descent: Descent) -> Descent {
     let Some(estimates) = Estimates::new(problem, &descent.end) else { return descent };
     let mut state = descent.end.state.clone();
@@ -134,7 +134,8 @@ fn meet_bounds(problem: &Problem, descent: Descent) -> Descent {
             }
         }
     }
-    Descent { end: problem.evaluate(state), ..descent }
+    let end = problem.evaluate(state);
+    if end.cost > descent.end.cost + STALL { descent } else { Descent { end, ..descent } }
 }
 
 /// Computes what is known at a minimum, besides the ends of descents from elsewhere.
@@ -211,9 +212,7 @@ fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
 /// Returns the minima that descents from a grid find, the lowest first; of large tables those that
 /// some of the shots show, if they may matter.
 fn find_minima(problem: &Problem, at: &Evaluation) -> Vec<Evaluation> {
-    /// Rise of χ² beyond which another minimum is of no interest: five standard errors.
-    const FAR: f64 = 25.0;
-    let fewer = thin(problem, &at.state);
+    let fewer = thin(problem, &at.state, ENOUGH_SHOTS);
     let mut ends = descend_from_grid(&fewer.problem, &fewer.state, &problem.free(), MAX_STEPS);
     if fewer.factor > 1.0 {
         let least = ends.first().map_or(f64::INFINITY, |end| end.cost);

@@ -104,6 +104,12 @@ pub(crate) const DIGITS: usize = 8;
 
 /// Returns a number rounded to [`DIGITS`].
 pub(super) fn rounded(number: f64) -> f64 {
+    let places = DIGITS as f64 - 1.0 - number.abs().log10().floor();
+    // whole numbers and these powers of ten are exact, so that a ratio of both is rounded once
+    if (0.0..=22.0).contains(&places) {
+        let power = 10_f64.powi(places as i32);
+        return (number * power).round() / power;
+    }
     format!("{number:.*e}", DIGITS - 1).parse().unwrap_or(number)
 }
 
