@@ -116,9 +116,10 @@ fn details(fit: &Fit) -> Values {
     let verdict = fit.verdict();
     let others = fit.warnings().into_iter().filter(|warning| *warning != verdict.sentence);
     // the camera's unknowns, of which there are many, stand in the report
-    let unknowns = Table::new(UNKNOWN_COLUMNS, unknowns(fit, |id| id < Id::Scale)).text("");
+    let unknowns = unknowns(fit, |id| id < Id::Scale);
+    let is_shown = verdict.grade != Grade::Unusable && !unknowns.is_empty();
     context! {
-        unknowns => (verdict.grade != Grade::Unusable).then_some(unknowns),
+        unknowns => is_shown.then(|| Table::new(UNKNOWN_COLUMNS, unknowns).text("")),
         chi2 => chi2_words(fit),
         warnings => Serde(others.take(MOST_WARNINGS).collect::<Vec<_>>()),
     }
@@ -128,10 +129,14 @@ fn details(fit: &Fit) -> Values {
 pub(super) const UNKNOWN_COLUMNS: [&str; 5] =
     ["", "estimate", "error", "prior pull", "largest part of the error"];
 
-/// Returns what all shots share with its errors, the pulls of priors in their standard deviations,
-/// and the largest parts of the errors.
+/// Returns what all shots share, if the data determine it, with its errors, the pulls of priors in
+/// their standard deviations, and the largest parts of the errors.
 pub(super) fn unknowns(fit: &Fit, is_shown: impl Fn(Id) -> bool) -> Vec<Vec<String>> {
     let budgets = budgets(fit);
+    let is_determined = |id: Id| {
+        let parameters = Parameter::ALL.into_iter().filter(|parameter| Id::from(*parameter) == id);
+        parameters.filter_map(|parameter| fit.get(parameter)).all(|estimate| estimate.std_error.is_some())
+    };
     let row = |unknown: &problem::Estimate| {
         let error = unknown.std_error.filter(|error| *error > 0.0)?;
         let budget = budgets.iter().find(|budget| budget.of == unknown.id);
@@ -145,7 +150,8 @@ pub(super) fn unknowns(fit: &Fit, is_shown: impl Fn(Id) -> bool) -> Vec<Vec<Stri
             largest.map_or(String::new(), |(source, error)| format!("{source}, ± {}", plain(*error, 2))),
         ])
     };
-    fit.unknowns.iter().filter(|unknown| is_shown(unknown.id)).filter_map(row).collect()
+    let shown = fit.unknowns.iter().filter(|unknown| is_shown(unknown.id) && is_determined(unknown.id));
+    shown.filter_map(row).collect()
 }
 
 /// Returns the parameters that have a column: those of some fit, without the ratios of the balls,
