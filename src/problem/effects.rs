@@ -3,7 +3,7 @@
 
 use super::findings::Finding;
 use super::minimise::{
-    COMPARED_STEPS, Descent, ENOUGH_SHOTS, STALL, Thinned, descend, descend_with_noise, thin,
+    COMPARED_STEPS, Descent, ENOUGH_SHOTS, ROUGH, Thinned, descend, descend_with_noise, thin,
 };
 use super::policy::Policy;
 use super::problem::{Evaluation, Problem, State};
@@ -76,7 +76,7 @@ fn adopt(
     let attempt = |problem: &Problem, from: &Evaluation| {
         let (mut other, mut state) = (problem.clone(), from.state.clone());
         add(&mut other, &mut state);
-        let with = descend(&other, other.evaluate(state), &other.free(), (COMPARED_STEPS, STALL));
+        let with = descend(&other, other.evaluate(state), &other.free(), (COMPARED_STEPS, ROUGH));
         let shots: usize = other.samples.iter().map(|sample| sample.block.count_corrected()).sum();
         let fall = from.cost - with.end.cost;
         (other, with, Tried { shots, fall, adopted: fall > least })

@@ -179,15 +179,14 @@ pub(crate) fn descend_with_noise(problem: &mut Problem, mut state: State) -> Des
     let mut round = 0;
     loop {
         let changed = round < MAX_STATE_ROUNDS && problem.choose_states(&mut state);
-        let descent = problem.descend(state);
+        let end = descend(problem, problem.evaluate(state), &problem.free(), (MAX_STEPS, ROUGH)).end;
         round += 1;
         // noise and spreads of wrong states are meaningless
-        let settled = !changed && noise::update(problem, &descent.end);
+        let settled = !changed && noise::update(problem, &end);
         if settled || round == MAX_ROUNDS {
-            // χ² with the last noise, which −2 log L takes
-            return Descent { end: problem.evaluate(descent.end.state), ..descent };
+            return problem.descend(end.state);
         }
-        state = descent.end.state;
+        state = end.state;
     }
 }
 
