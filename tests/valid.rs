@@ -86,7 +86,7 @@ fn what_cannot_be_fitted_is_refused_by_its_name() {
         let error = fit::fit(&bad, &options::of_fit()).unwrap_err();
         assert!(error.is_bad_input() && error.to_string().contains(expected), "{error}; expected {expected}");
         let error = compare::compare(&[good(), bad], &options::of_comparison()).unwrap_err();
-        assert!(matches!(error, CompareError::Invalid { .. }), "{error}");
+        assert!(matches!(error, CompareError::Fit(FitError::Invalid { .. })), "{error}");
         assert!(error.to_string().contains(expected), "{error}; expected {expected}");
     }
 }

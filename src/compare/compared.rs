@@ -1,21 +1,21 @@
 //! One quantity of a comparison: estimates, pairs, and "same" against "different".
 
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::CompareError;
-use super::findings::{Finding, Reason};
-use super::joint::{Joint, estimate};
-use super::quantity::Quantity;
+use super::joint::{Joint, estimate, settle};
 use super::result::{
-    Compared, Comparison, Difference, LabelResidual, LikelihoodRatio, Robust, SampleWeight, Value,
+    Compared, Comparison, Difference, Finding, LikelihoodRatio, Quantity, RATIO, Reason, Robust,
+    SampleSummary, SampleWeight, Value, WALD,
 };
-use super::samples::Alone;
-use super::significance::known_error;
-use crate::fit::Computed;
-use crate::fit::deviations::residuals as residuals_of;
+use super::{CompareError, refuse};
+use crate::fit::deviations::residuals;
 use crate::fit::trends::holm;
-use crate::physics::collision::Fidelity;
-use crate::problem::{Estimates, Id, Mode, Policy, refutes};
+use crate::measurement::loss::Loss;
+use crate::measurement::parameter::Parameter;
+use crate::problem::{self, Estimates, Evaluation, Id, Mode, Policy, Problem, refutes};
 
 impl Joint<'_> {
     /// Returns what the fit says.
@@ -26,9 +26,9 @@ impl Joint<'_> {
         let options = self.samples.options;
         if let Some(absent) = options.share.iter().chain(&options.per_dataset).find(|own| !self.has(**own)) {
             let name = absent.name();
-            return Err(CompareError::Refused(format!(
+            return refuse(format!(
                 "{name}: no data set has it; expected a parameter that the [fit] of one adopts"
-            )));
+            ));
         }
         let mut quantities = Vec::new();
         for quantity in Quantity::ALL.into_iter().filter(|quantity| self.has(*quantity)) {
@@ -44,41 +44,37 @@ impl Joint<'_> {
         findings.extend(quantities.iter().flat_map(find_doubts));
         findings.extend(Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity)));
         findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity()));
-        let chi2 = self.solution.chi2_of_data().0 + self.solution.prior_chi2();
-        let (mut weights, mut residuals, mut is_filmed) = (Vec::new(), Vec::new(), false);
+        let (mut losses, mut weights) = (Vec::new(), Vec::new());
         for (number, alone) in self.samples.fitted.iter().enumerate() {
-            let Alone { label, sample, .. } = *alone;
             let solution = self.solution.of_sample(number);
-            is_filmed |= solution.is_film();
-            let shots = solution.names[0].iter().cloned().zip(solution.weights());
-            let title = &self.samples.summaries[sample].title;
-            let weight = |(shot, weight)| SampleWeight { sample: title.clone(), shot, weight };
-            weights.extend(shots.filter(|(_, weight)| *weight < 1.0).map(weight));
-            let own = residuals_of(&solution.names[0], &solution.deviations(), |_| true);
-            residuals.extend(own.into_iter().map(|of_shot| LabelResidual { label, sample, of_shot }));
+            let summary = &mut self.samples.summaries[alone.sample];
+            for (shot, weight) in solution.names[0].iter().cloned().zip(solution.weights()) {
+                let sample = summary.title.clone();
+                weights.extend((weight < 1.0).then_some(SampleWeight { sample, shot, weight }));
+            }
+            losses.push(options.loss.unwrap_or(alone.dataset.loss));
+            summary.residuals = residuals(&solution.names[0], &solution.deviations(), |_| true);
         }
         weights.sort_by(|a, b| a.weight.total_cmp(&b.weight));
+        let robust = Loss::ALL.into_iter().filter(|loss| *loss != Loss::Squares && losses.contains(loss));
+        let mut losses: Vec<&'static str> = robust.map(Loss::name).collect();
+        losses.sort_unstable();
         let mut comparison = Comparison {
             told_by: self.samples.told_by.clone(),
-            fidelity: options.fidelity.map_or("auto", Fidelity::name),
-            is_filmed,
-            computed: Computed::of(&self.solution, options.fidelity),
+            fidelity: options.fidelity,
             quantities,
-            chi2,
-            dof: self.solution.dof(),
-            noise_estimated: self.tests.estimated,
-            converged: self.solution.converged,
-            residuals,
-            robust: self.solution.problem.is_robust().then(|| Robust { losses: self.losses(), weights }),
+            noise_estimated: self.tests.dof.is_some(),
+            robust: self.solution.problem.is_robust().then_some(Robust { losses, weights }),
             labels: self.samples.labels,
             samples: self.samples.summaries,
+            solution: Arc::new(self.solution),
             findings,
         };
         judge(&mut comparison);
         Ok(comparison)
     }
 
-    pub(super) fn has(&self, quantity: Quantity) -> bool {
+    fn has(&self, quantity: Quantity) -> bool {
         (0..self.samples.fitted.len()).any(|sample| self.sample_has(sample, quantity))
     }
 
@@ -91,45 +87,44 @@ impl Joint<'_> {
         is_adopted || matches!(quantity, Quantity::Parameter(own) if settings.has(own))
     }
 
-    fn of_label(&self, label: usize) -> Vec<usize> {
+    /// Returns the indices of the samples of a label.
+    fn of_label(&self, label: usize) -> impl Iterator<Item = usize> + Clone {
         let all = self.samples.fitted.iter().enumerate();
-        all.filter(|(_, alone)| alone.label == label).map(|(sample, _)| sample).collect()
+        all.filter(move |(_, alone)| alone.label == label).map(|(sample, _)| sample)
     }
 
     /// Returns a quantity's estimates, their differences, and whether one value is enough.
-    pub(super) fn quantity(&self, quantity: Quantity) -> Compared {
+    fn quantity(&self, quantity: Quantity) -> Compared {
         let (id, is_separate) = (quantity.id(), self.samples.is_separate(quantity));
         let problem = &self.solution.problem;
         // with all columns of the unknown, even at a bound
         let estimates = estimate(problem, &self.solution.at, &problem.columns_of(id));
+        let estimates = estimates.as_ref();
         let (mut determining, mut left_out) = (Vec::new(), Vec::new());
         for label in 0..self.samples.labels.len() {
-            match self.column_of(label, quantity, estimates.as_ref()) {
+            match self.column_of(label, quantity, estimates) {
                 Ok(Some(column)) => determining.push((label, column)),
                 Ok(None) => {}
                 Err(reason) => left_out.push((label, reason)),
             }
         }
-        let labels: Vec<usize> = determining.iter().map(|(label, _)| *label).collect();
-        let shown: Vec<usize> = if is_separate {
-            (0..self.samples.labels.len()).filter(|label| !self.of_label(*label).is_empty()).collect()
-        } else {
-            let first = self.samples.fitted.first().map(|alone| alone.label);
-            labels.first().copied().or(first).into_iter().collect()
-        };
+        let has_shots = |label: &usize| self.of_label(*label).next().is_some();
+        let mut shown: Vec<usize> = (0..self.samples.labels.len()).filter(has_shots).collect();
+        if !is_separate {
+            let first = determining.first().map_or(self.samples.fitted[0].label, |(label, _)| *label);
+            shown = vec![first];
+        }
         let value = |label: usize| {
-            let label_of_value = is_separate.then(|| self.samples.labels[label].clone());
-            Value { label: label_of_value, ..self.value(label, id, estimates.as_ref()) }
+            let name = is_separate.then(|| self.samples.labels[label].clone());
+            Value { label: name, ..self.value(label, id, estimates) }
         };
+        let differences = estimates.filter(|_| is_separate);
         Compared {
             quantity,
             shared: !is_separate,
             estimates: shown.into_iter().map(value).collect(),
-            differences: match &estimates {
-                Some(estimates) if is_separate => self.differences(&determining, estimates),
-                _ => Vec::new(),
-            },
-            same_or_different: self.test(id, &labels),
+            differences: differences.map_or_else(Vec::new, |all| self.differences(&determining, all)),
+            same_or_different: self.test(id, &determining),
             left_out,
         }
     }
@@ -145,24 +140,27 @@ impl Joint<'_> {
         quantity: Quantity,
         estimates: Option<&Estimates>,
     ) -> Result<Option<usize>, Reason> {
-        let (id, own) = (quantity.id(), self.of_label(label));
-        if own.is_empty() {
+        let (id, mut own) = (quantity.id(), self.of_label(label));
+        if own.clone().next().is_none() {
             return Err(Reason::NoShots);
         }
-        if !own.iter().any(|sample| self.sample_has(*sample, quantity)) {
+        if !own.clone().any(|sample| self.sample_has(sample, quantity)) {
             return Err(Reason::Absent);
         }
         let Some(column) = self.column(label, id) else {
-            let is_stated = |alone: &Alone| matches!(quantity, Quantity::Parameter(parameter) if alone.settings[parameter].fixed);
-            let is_held =
-                id == Id::Kappa || own.iter().all(|sample| is_stated(&self.samples.fitted[*sample]));
+            let settings = |sample: usize| &self.samples.fitted[sample].settings;
+            let is_held = match quantity {
+                Quantity::Parameter(Parameter::Kappa) => true,
+                Quantity::Parameter(parameter) => own.all(|sample| settings(sample)[parameter].fixed),
+                Quantity::Sliding => false,
+            };
             return if is_held { Ok(None) } else { Err(Reason::Independent) };
         };
-        let informs = |sample: &usize| {
-            let mut shots = self.solution.at.shots[*sample].iter().filter_map(|shot| shot.reduced(&[id]));
+        let informs = |sample: usize| {
+            let mut shots = self.solution.at.shots[sample].iter().filter_map(|shot| shot.reduced(&[id]));
             shots.any(|(information, _)| information[(0, 0)] > 0.0)
         };
-        if !own.iter().any(informs) {
+        if !own.any(informs) {
             return Err(if id == Id::Mu { Reason::Sticks } else { Reason::Uncertain });
         }
         // without any covariance, estimates stand without errors
@@ -174,7 +172,7 @@ impl Joint<'_> {
     fn value(&self, label: usize, id: Id, estimates: Option<&Estimates>) -> Value {
         let problem = &self.solution.problem;
         let fitted = self.column(label, id);
-        let held = || self.solution.column(*self.of_label(label).first()?, id);
+        let held = || self.solution.column(self.of_label(label).next()?, id);
         let value = fitted.or_else(held).map_or(f64::NAN, |column| self.solution.at.state.shared.0[column]);
         let [low, high] = fitted.map_or([f64::NAN; 2], |column| problem.unknowns[column].bounds);
         let std_error = fitted.zip(estimates).and_then(|(column, all)| known_error(problem, all, column));
@@ -207,24 +205,99 @@ impl Joint<'_> {
         }
         all
     }
+
+    /// Returns the test of one value of an unknown for all of some labels against one for each;
+    /// `None` if the data determine fewer than two of the values.
+    fn test(&self, id: Id, determining: &[(usize, usize)]) -> Option<LikelihoodRatio> {
+        let [(_, first), others @ ..] = determining else { return None };
+        let (problem, at) = match others.first()? {
+            (_, other) if other == first => self.freed(id, *first, others),
+            _ => (self.solution.problem.clone(), self.solution.at.clone()),
+        };
+        let mut columns = problem.columns_of(id);
+        let estimates = estimate(&problem, &at, &columns)?;
+        columns.retain(|column| known_error(&problem, &estimates, *column).is_some());
+        let extra = columns.len().checked_sub(1).filter(|extra| *extra > 0)?;
+        let judged = |statistic: f64, rise: f64, test: &'static str| LikelihoodRatio {
+            statistic,
+            test,
+            extra_parameters: extra,
+            p_value: self.tests.of_rise(rise, extra),
+            delta_aic: 2.0 * extra as f64 - statistic,
+        };
+        let places: Vec<usize> = columns.iter().filter_map(|column| estimates.position(*column)).collect();
+        if problem.is_robust() {
+            let values: Vec<f64> = columns.iter().map(|column| at.state.shared.0[*column]).collect();
+            let covariance = estimates.covariance.select_rows(&places).select_columns(&places);
+            let statistic = wald(&values, &covariance)?;
+            return Some(judged(statistic, statistic, WALD));
+        }
+        let same = merged(&problem, &columns);
+        // if contacts stick, χ² is not a parabola: from the value of each label
+        let starts = columns.iter().map(|column| {
+            let mut state = at.state.clone();
+            state.shared.0[columns[0]] = at.state.shared.0[*column];
+            state
+        });
+        let least = starts.map(|start| settle(&same, start).cost).min_by(f64::total_cmp)?;
+        let rise = (least - at.cost).max(0.0);
+        let (chi2, count) = self.solution.chi2_of_data();
+        // Gaussian noise of unknown size: n ln of the ratio of the sums of squares
+        let statistic = if self.tests.dof.is_some() { count * (rise / chi2).ln_1p() } else { rise };
+        rise.is_finite().then(|| judged(statistic, rise, RATIO))
+    }
+
+    /// Returns the least χ² with a column of its own for each label, at the present noise.
+    fn freed(&self, id: Id, shared: usize, others: &[(usize, usize)]) -> (Problem, Evaluation) {
+        let mut problem = self.solution.problem.clone();
+        let mut state = self.solution.at.state.clone();
+        for (label, _) in others {
+            let own = problem.unknowns.len();
+            problem.unknowns.push(problem.unknowns[shared]);
+            state.shared.0.push(state.shared.0[shared]);
+            for (sample, alone) in problem.samples.iter_mut().zip(&self.samples.fitted) {
+                let column = &mut sample.columns[id as usize];
+                if alone.label == *label && *column == shared {
+                    *column = own;
+                }
+            }
+        }
+        let end = settle(&problem, state);
+        (problem, end)
+    }
+
+    /// Returns that most of the variance of a difference is due to mass ratios that the labels do
+    /// not share: dᵀC⁻¹d, with d the covariances of the difference and the ratios, and C the
+    /// covariance of the ratios.
+    fn limit(&self, quantity: Quantity) -> Option<Finding> {
+        let Estimates { columns, covariance } = &self.solution.covariance;
+        let places = |id: Id| -> Vec<usize> {
+            let of = |i: &usize| self.solution.problem.unknowns[columns[*i]].id == id;
+            (0..columns.len()).filter(of).collect()
+        };
+        let (ratios, values) = (places(Id::MassRatio), places(quantity.id()));
+        let [first, second, ..] = values[..] else { return None };
+        let inverse = covariance.select_rows(&ratios).select_columns(&ratios).try_inverse()?;
+        let difference = covariance.column(second) - covariance.column(first);
+        let variance = difference[second] - difference[first];
+        let by_ratios = difference.select_rows(&ratios);
+        let part = by_ratios.dot(&(&inverse * &by_ratios));
+        let is_most = ratios.len() > 1 && 2.0 * part > variance;
+        is_most.then_some(Finding::MassRatios { quantity, std_error: variance.sqrt(), part: part.sqrt() })
+    }
 }
 
 /// Returns that the data contradict a shared quantity at the level at which a fit becomes doubtful,
 /// and the estimates that are at a bound.
-fn find_doubts(compared: &Compared) -> Vec<Finding> {
-    let quantity = compared.quantity;
-    let level = 2.0 * Normal::standard().sf(Policy::default().conflict);
-    let mut doubts = Vec::new();
-    if let Some(LikelihoodRatio { p_value, .. }) = compared.same_or_different
-        && compared.shared
-        && p_value < level
-    {
-        doubts.push(Finding::NotShared { quantity, p_value });
-    }
-    for Value { label, estimate, .. } in compared.estimates.iter().filter(|value| value.at_bound) {
-        doubts.push(Finding::AtBound { quantity, label: label.clone(), bound: *estimate });
-    }
-    doubts
+fn find_doubts(Compared { quantity, shared, estimates, same_or_different, .. }: &Compared) -> Vec<Finding> {
+    let (quantity, level) = (*quantity, 2.0 * Normal::standard().sf(Policy::default().conflict));
+    let p_value = same_or_different.map(|test| test.p_value).filter(|p_value| *shared && *p_value < level);
+    let not_shared = p_value.map(|p_value| Finding::NotShared { quantity, p_value });
+    let at_bound =
+        estimates.iter().filter(|value| value.at_bound).map(|Value { label, estimate, .. }| {
+            Finding::AtBound { quantity, label: label.clone(), bound: *estimate }
+        });
+    not_shared.into_iter().chain(at_bound).collect()
 }
 
 /// Takes errors, differences and tests away if the residuals of a sample or of all refute the model
@@ -235,20 +308,17 @@ fn judge(comparison: &mut Comparison) {
         return;
     }
     let policy = Policy::default();
-    let reduced_chi2 = comparison.chi2 / comparison.dof.max(1) as f64;
-    let of_sample = |sample: usize| {
-        let own = comparison.residuals.iter().filter(|residual| residual.sample == sample);
-        let squares: Vec<f64> = own.map(|residual| residual.of_shot.standardized.powi(2)).collect();
+    let (chi2, dof) = (comparison.chi2(), comparison.solution.dof());
+    let of_sample = |(sample, SampleSummary { residuals, .. }): (usize, &SampleSummary)| {
+        let chi2 = residuals.iter().map(|residual| residual.standardized.powi(2)).sum();
         // a sample takes up few of the parameters, of many observations
-        let (chi2, count) = (squares.iter().sum::<f64>(), squares.len());
-        refutes(chi2, count as f64, &policy).map(|reduced| (sample, reduced))
+        refutes(chi2, residuals.len() as f64, &policy).map(|reduced| (sample, reduced))
     };
-    let samples: Vec<(usize, f64)> = (0..comparison.samples.len()).filter_map(of_sample).collect();
-    if samples.is_empty() && refutes(comparison.chi2, comparison.dof as f64, &policy).is_none() {
+    let samples: Vec<(usize, f64)> = comparison.samples.iter().enumerate().filter_map(of_sample).collect();
+    if samples.is_empty() && refutes(chi2, dof as f64, &policy).is_none() {
         return;
     }
-    let rests_on_model = |quantity: Quantity| quantity != Quantity::Sliding;
-    for compared in comparison.quantities.iter_mut().filter(|compared| rests_on_model(compared.quantity)) {
+    for compared in comparison.quantities.iter_mut().filter(|own| own.quantity != Quantity::Sliding) {
         for value in &mut compared.estimates {
             (value.std_error, value.interval_95) = (None, None);
         }
@@ -256,5 +326,61 @@ fn judge(comparison: &mut Comparison) {
         compared.same_or_different = None;
     }
     comparison.findings.retain(|finding| !matches!(finding, Finding::MassRatios { .. }));
+    let reduced_chi2 = chi2 / dof.max(1) as f64;
     comparison.findings.insert(0, Finding::Refuted { samples, reduced_chi2 });
+}
+
+/// Returns the standard error of a column if it is less than its bounds leave open.
+fn known_error(problem: &Problem, estimates: &Estimates, column: usize) -> Option<f64> {
+    let [low, high] = problem.unknowns[column].bounds;
+    estimates.sd(column).filter(|sd| *sd < high - low)
+}
+
+/// Returns the problem with one column instead of several, whose priors all count.
+fn merged(problem: &Problem, columns: &[usize]) -> Problem {
+    let mut same = problem.clone();
+    let first = columns[0];
+    for column in same.samples.iter_mut().flat_map(|sample| &mut sample.columns) {
+        if columns.contains(column) {
+            *column = first;
+        }
+    }
+    let priors = columns.iter().filter_map(|column| problem.unknowns[*column].prior);
+    same.unknowns[first].prior = priors.reduce(|a, b| {
+        let [p, q] = [a, b].map(|prior| prior.sd.powi(-2));
+        problem::Normal { mean: (p * a.mean + q * b.mean) / (p + q), sd: (p + q).sqrt().recip() }
+    });
+    for column in columns {
+        let [low, high] = problem.unknowns[*column].bounds;
+        let bounds = &mut same.unknowns[first].bounds;
+        *bounds = [bounds[0].max(low), bounds[1].min(high)];
+    }
+    same
+}
+
+/// Returns Wald's statistic dᵀV⁻¹d of the differences d of some values from the first value, with
+/// V the covariance of d; `None` of fewer than two, or if an error is missing.
+fn wald(x: &[f64], covariance: &DMatrix<f64>) -> Option<f64> {
+    let count = x.len().checked_sub(1).filter(|count| *count > 0)?;
+    let by = DMatrix::from_fn(count, x.len(), |i, j| f64::from(j == i + 1) - f64::from(j == 0));
+    let d = &by * DVector::from_column_slice(x);
+    let solved = (&by * covariance * by.transpose()).cholesky()?.solve(&d);
+    Some(d.dot(&solved))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The identity holds for independent numbers.
+    #[test]
+    fn wald_is_the_scatter_about_the_weighted_mean() {
+        let (x, sd) = ([0.0_f64, 1.0, 2.0 / 3.0], [1.0_f64, 1.0, 2.0]);
+        let covariance = DMatrix::from_fn(3, 3, |i, j| if i == j { sd[i] * sd[i] } else { 0.0 });
+        let weight: f64 = sd.iter().map(|s| s.powi(-2)).sum();
+        let mean = x.iter().zip(sd).map(|(x, s)| x * s.powi(-2)).sum::<f64>() / weight;
+        let scatter: f64 = x.iter().zip(sd).map(|(x, s)| ((x - mean) / s).powi(2)).sum();
+        let found = wald(&x, &covariance).unwrap();
+        assert!((found - scatter).abs() < 1e-12, "{found} {scatter}");
+    }
 }

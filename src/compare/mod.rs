@@ -11,21 +11,16 @@
 //! columns made equal, at the noise of the larger model, so that its rise of χ² is a likelihood
 //! ratio.
 
-mod columns;
 mod compared;
-mod findings;
 mod joint;
-mod quantity;
 mod result;
 mod samples;
-mod significance;
 
 #[cfg(feature = "report")]
-pub(crate) use findings::{Finding, Reason};
-pub use quantity::{Options, Quantity};
-pub use result::Comparison;
-#[cfg(feature = "report")]
-pub(crate) use result::{Compared, Difference, LikelihoodRatio, Robust, SampleSummary, Value};
+pub(crate) use result::{
+    Compared, Difference, Finding, LikelihoodRatio, Reason, Robust, SampleSummary, Value,
+};
+pub use result::{Comparison, Options, Quantity};
 
 use crate::fit::FitError;
 use crate::measurement::dataset::Dataset;
@@ -43,14 +38,6 @@ pub enum CompareError {
     /// Data sets or options do not go together, as the sentence states.
     #[error("{0}")]
     Refused(String),
-    /// A data set is wrong, as [`Dataset::faults`] states it.
-    #[error("{dataset}: {}", .faults.join("\n"))]
-    Invalid {
-        /// The name of the data set.
-        dataset: String,
-        /// The faults, in sentences.
-        faults: Vec<String>,
-    },
     /// The fit of a data set failed.
     #[error(transparent)]
     Fit(#[from] FitError),
@@ -61,6 +48,11 @@ impl CompareError {
     pub fn is_bad_input(&self) -> bool {
         !matches!(self, Self::Fit(error) if !error.is_bad_input())
     }
+}
+
+/// Refuses a comparison.
+fn refuse<T>(why: String) -> Result<T, CompareError> {
+    Err(CompareError::Refused(why))
 }
 
 /// Compares data sets of any kind, as `caromfit compare` does.
@@ -82,22 +74,20 @@ pub(crate) fn compare_watched(
 ) -> Result<Comparison, CompareError> {
     if let Some(both) = options.share.iter().find(|quantity| options.per_dataset.contains(quantity)) {
         let name = both.name();
-        return Err(CompareError::Refused(format!(
-            "{name} is both shared and per data set; expected one of them"
-        )));
+        return refuse(format!("{name} is both shared and per data set; expected one of them"));
     }
     for dataset in datasets {
         let is_film = dataset.tracks.is_some() && !dataset.is_of_discs();
         let by_same = datasets.iter().filter(|other| other.camera == dataset.camera).count();
         if dataset.camera.is_some() && by_same > 1 && !is_film {
-            return Err(CompareError::Refused(format!(
+            return refuse(format!(
                 "{}: camera names that of another data set, too; expected it of films of balls, whose shots calibrate their camera",
                 dataset.name
-            )));
+            ));
         }
         let faults = dataset.faults();
         if !faults.is_empty() {
-            return Err(CompareError::Invalid { dataset: dataset.name.clone(), faults });
+            return Err(FitError::Invalid { dataset: dataset.name.clone(), faults }.into());
         }
     }
     let datasets = share_balls(datasets)?;
@@ -118,12 +108,12 @@ fn share_balls(datasets: &[Dataset]) -> Result<Vec<Dataset>, CompareError> {
         let first = same.clone().find(|other| other.object.is_some()).or(same.next()).unwrap_or(dataset);
         let differs = dataset.object.is_some() && dataset.object != first.object;
         if differs || dataset.ball.radius != first.ball.radius || dataset.ball.inertia != first.ball.inertia {
-            return Err(CompareError::Refused(format!(
+            return refuse(format!(
                 "{} and {}: both have balls = \"{}\", but [ball] or [object] differ; expected the same in both",
                 first.name,
                 dataset.name,
                 dataset.balls.as_deref().unwrap_or_default()
-            )));
+            ));
         }
         Ok(Dataset { ball: first.ball, object: first.object, ..dataset.clone() })
     };

@@ -1,14 +1,100 @@
-//! The result of a comparison.
+//! The quantities of a comparison, its choices, and its result.
+
+use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::findings::{Finding, Reason};
-use super::quantity::Quantity;
-use crate::fit::{Computed, Grade, Rejected, Residual};
+use crate::fit::{Grade, Rejected, Residual};
+use crate::measurement::loss::Loss;
+use crate::measurement::parameter::Parameter;
 use crate::measurement::written::written_by_name;
-use crate::physics::name::worded;
-use crate::problem::Severity;
+use crate::physics::collision::Fidelity;
+use crate::physics::name::by_name;
+use crate::problem::{Id, Severity, Solution};
+use crate::words::symbol;
+
+/// A quantity that is compared: a parameter of the fit, or the cloth's sliding friction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Quantity {
+    /// A parameter of the fit.
+    Parameter(Parameter),
+    /// The cloth's sliding friction μ_k, from the paths after the impacts.
+    Sliding,
+}
+
+impl Quantity {
+    /// All that can be compared, in the order in which they are reported.
+    pub const ALL: [Self; 8] = [
+        Self::Parameter(Parameter::Mu),
+        Self::Parameter(Parameter::MuS),
+        Self::Parameter(Parameter::E),
+        Self::Sliding,
+        Self::Parameter(Parameter::B),
+        Self::Parameter(Parameter::C),
+        Self::Parameter(Parameter::Kappa),
+        Self::Parameter(Parameter::ESlope),
+    ];
+
+    /// Returns the unknown of a fit.
+    pub(crate) fn id(self) -> Id {
+        match self {
+            Self::Sliding => Id::MuK,
+            Self::Parameter(parameter) => Id::from(parameter),
+        }
+    }
+
+    /// Returns the name on the command line and in compare.json.
+    pub fn name(self) -> &'static str {
+        self.id().name()
+    }
+
+    /// Returns the symbol in tables and plots.
+    pub fn symbol(self) -> &'static str {
+        symbol(self.name())
+    }
+
+    /// Returns what it is, in a line.
+    pub(crate) fn meaning(self) -> &'static str {
+        match self {
+            Self::Parameter(parameter) => parameter.meaning(),
+            Self::Sliding => "friction of the cloth on a sliding ball",
+        }
+    }
+}
+
+// By its name or its symbol.
+by_name!(Quantity, "quantity", ALL, name, symbol);
+written_by_name!(Quantity);
+
+/// Choices of a comparison. The default is what `caromfit compare` does; state what you want, and
+/// the rest as `..Options::default()`.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// How closely collisions are modelled; `None` as of a fit.
+    pub fidelity: Option<Fidelity>,
+    /// How outlying shots count; `None`: as the data sets state.
+    pub loss: Option<Loss>,
+    /// The quantities that have one value for all data sets instead of the default.
+    pub share: Vec<Quantity>,
+    /// The quantities that have a value for each label instead of the default.
+    pub per_dataset: Vec<Quantity>,
+}
+
+impl Options {
+    /// Returns whether a quantity has a value for each label: as asked for, else by what the labels
+    /// can differ in, which are cloths or not. A cloth has no part in what happens between the
+    /// balls.
+    pub(crate) fn is_separate(&self, quantity: Quantity, by_cloth: bool) -> bool {
+        let by_default = match quantity {
+            Quantity::Parameter(Parameter::MuS) | Quantity::Sliding => by_cloth,
+            Quantity::Parameter(Parameter::Mu | Parameter::B) => !by_cloth,
+            Quantity::Parameter(_) => false,
+        };
+        !self.share.contains(&quantity) && (by_default || self.per_dataset.contains(&quantity))
+    }
+}
 
 /// The result of a comparison: a value, which [`crate::report`] renders.
 #[derive(Clone, Debug)]
@@ -16,23 +102,14 @@ pub struct Comparison {
     pub(crate) labels: Vec<String>,
     /// Kind of the labels: `cloth`, `data set`, or the column of `[fit] by`.
     pub(crate) told_by: String,
-    pub(crate) fidelity: &'static str,
-    /// Whether films were compared, by all their frames.
-    pub(crate) is_filmed: bool,
-    /// How many shots were computed at which fidelity and with which effects on.
-    pub(crate) computed: Vec<Computed>,
+    /// The fidelity that was asked for; `None`: chosen by the data.
+    pub(crate) fidelity: Option<Fidelity>,
     /// The samples, in the order of the data sets and their labels.
     pub(crate) samples: Vec<SampleSummary>,
-    /// The quantities that were compared.
     pub(crate) quantities: Vec<Compared>,
-    /// χ² of the joint fit.
-    pub(crate) chi2: f64,
-    /// Its degrees of freedom.
-    pub(crate) dof: usize,
+    /// The minimum of the joint fit.
+    pub(crate) solution: Arc<Solution>,
     pub(crate) noise_estimated: bool,
-    /// Whether the search ended at a minimum.
-    pub(crate) converged: bool,
-    pub(crate) residuals: Vec<LabelResidual>,
     /// How robust losses weighted the shots, if data sets have any.
     pub(crate) robust: Option<Robust>,
     /// The findings, the most important first.
@@ -43,12 +120,8 @@ impl Comparison {
     /// Returns whether the numbers can be used, with a reservation or without.
     pub fn grade(&self) -> Grade {
         let compares = self.quantities.iter().any(|quantity| !quantity.differences.is_empty());
-        match self.findings.iter().map(Finding::severity).max() {
-            Some(Severity::Unusable) => Grade::Unusable,
-            Some(Severity::Doubtful) => Grade::Doubtful,
-            _ if !compares => Grade::Doubtful,
-            _ => Grade::Good,
-        }
+        let least = if compares { Grade::Good } else { Grade::Doubtful };
+        Grade::of(self.findings.iter().map(Finding::severity).max()).max(least)
     }
 
     /// Returns whether the data rule out the model, so that only what does not rest on it has
@@ -57,9 +130,14 @@ impl Comparison {
         self.findings.iter().any(|finding| matches!(finding, Finding::Refuted { .. }))
     }
 
-    /// Returns the name of a residual's shot in reports: its sample and its own name.
-    pub(crate) fn shot_name(&self, residual: &LabelResidual) -> String {
-        format!("{}, {}", self.samples[residual.sample].title, residual.of_shot.shot)
+    /// Returns χ² of the joint fit, priors included.
+    pub(crate) fn chi2(&self) -> f64 {
+        self.solution.chi2_of_data().0 + self.solution.prior_chi2()
+    }
+
+    /// Returns the residuals of the joint fit, each with its sample.
+    pub(crate) fn residuals(&self) -> impl Iterator<Item = (&SampleSummary, &Residual)> {
+        self.samples.iter().flat_map(|sample| sample.residuals.iter().map(move |own| (sample, own)))
     }
 }
 
@@ -94,6 +172,16 @@ pub(crate) struct SampleSummary {
     pub(crate) shots_used: usize,
     /// Shots that were left out.
     pub(crate) shots_rejected: Vec<Rejected>,
+    /// Residuals of the joint fit.
+    #[serde(skip)]
+    pub(crate) residuals: Vec<Residual>,
+}
+
+impl SampleSummary {
+    /// Returns the name of a residual's shot in reports.
+    pub(crate) fn shot_name(&self, residual: &Residual) -> String {
+        format!("{}, {}", self.title, residual.shot)
+    }
 }
 
 /// One quantity compared over all labels.
@@ -164,33 +252,22 @@ impl Difference {
     pub(crate) const LEVEL: f64 = 0.05;
 }
 
-worded! {
-    /// The kind of the test of one value for all against one for each.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub(crate) enum TestKind {
-        /// The ratio of the likelihoods.
-        LikelihoodRatio = "likelihood ratio",
-        /// The differences and their errors from the scatter of the shots, if a robust loss
-        /// leaves no likelihood (Wald).
-        Wald = "Wald statistic",
-    }
-    /// The name for a reader.
-    pub fn name;
-}
-
-written_by_name!(TestKind);
+/// The ratio of the likelihoods.
+pub(super) const RATIO: &str = "likelihood ratio";
+/// The differences with their errors from the scatter of the shots, if a robust loss leaves no
+/// likelihood.
+pub(super) const WALD: &str = "Wald statistic";
 
 /// A test of one value for all against one for each label.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct LikelihoodRatio {
-    /// The statistic: twice the logarithm of the ratio of likelihoods, or the rise of χ²; or Wald's
-    /// statistic.
+    /// The statistic: twice the logarithm of the ratio of likelihoods, or the rise of χ²; or Wald's.
     #[serde(rename = "likelihood_ratio")]
     #[schemars(with = "Option<f64>")]
     pub(crate) statistic: f64,
     /// Kind of the test.
-    #[serde(rename = "test")]
-    pub(crate) by: TestKind,
+    #[schemars(extend("enum" = [RATIO, WALD]))]
+    pub(crate) test: &'static str,
     /// How many more parameters one value for each takes.
     pub(crate) extra_parameters: usize,
     /// Probability of a larger statistic if the value is the same for all.
@@ -202,10 +279,80 @@ pub(crate) struct LikelihoodRatio {
     pub(crate) delta_aic: f64,
 }
 
-/// A residual of the joint fit, with the indices of its label and its sample.
-#[derive(Clone, Debug)]
-pub(crate) struct LabelResidual {
-    pub(crate) label: usize,
-    pub(crate) sample: usize,
-    pub(crate) of_shot: Residual,
+/// A finding of a comparison.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub(crate) enum Finding {
+    /// The data rule the model out: the estimates have no errors, and differences are not judged.
+    Refuted {
+        /// Indices of the samples whose own residuals do, with their χ² per degree of freedom.
+        samples: Vec<(usize, f64)>,
+        /// χ² per degree of freedom of all.
+        reduced_chi2: f64,
+    },
+    /// The descent did not end at a minimum.
+    NotConverged,
+    /// The data do not determine all unknowns together: there are no errors.
+    Undetermined,
+    /// The fit of one sample alone found this.
+    OfSample {
+        sample: usize,
+        /// How far the finding affects the trust in the sample.
+        #[serde(skip)]
+        severity: Severity,
+        sentence: String,
+    },
+    /// The data contradict that a shared quantity is the same for all labels.
+    NotShared {
+        quantity: Quantity,
+        /// Probability of such a contradiction by chance.
+        p_value: f64,
+    },
+    AtBound {
+        quantity: Quantity,
+        /// Its label; `None` if it is shared.
+        label: Option<String>,
+        bound: f64,
+    },
+    /// A contact that is compliant along its surface was adopted for all samples together.
+    Compliance {
+        /// Decrease of −2 log L.
+        fall: f64,
+    },
+    /// Mass ratios that the labels do not share make up most of the error of a difference.
+    MassRatios {
+        quantity: Quantity,
+        std_error: f64,
+        /// Its part from the mass ratios.
+        part: f64,
+    },
+}
+
+impl Finding {
+    /// Returns how far it affects the trust in a comparison.
+    pub fn severity(&self) -> Severity {
+        match self {
+            Self::Refuted { .. } | Self::NotConverged => Severity::Unusable,
+            Self::Undetermined | Self::NotShared { .. } | Self::AtBound { .. } => Severity::Doubtful,
+            Self::Compliance { .. } | Self::MassRatios { .. } => Severity::Note,
+            Self::OfSample { severity, .. } => *severity,
+        }
+    }
+}
+
+/// Why a label does not determine a quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Reason {
+    /// It has no shot that can be used.
+    NoShots,
+    /// Its fit does not have the quantity.
+    Absent,
+    /// Its contacts stick at the best fit: the friction is only known to be large.
+    Sticks,
+    /// Its observations do not depend on the quantity.
+    Independent,
+    /// The standard error is larger than the distance of the bounds, or χ² does not depend on it at
+    /// the best fit.
+    Uncertain,
 }

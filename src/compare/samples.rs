@@ -1,20 +1,23 @@
-//! Every data set, or every label of its `[fit] by`, fitted alone.
+//! Every data set, or every label of its `[fit] by`, fitted alone, and the map of their columns:
+//! which samples share which unknowns.
 
 use std::sync::Arc;
 
 use minijinja::Value as Values;
 use minijinja::value::Serde;
+use nalgebra::Vector2;
 
-use super::CompareError;
-use super::findings::Finding;
-use super::quantity::{Options, Quantity};
-use super::result::SampleSummary;
+use super::result::{Finding, Options, Quantity, SampleSummary};
+use super::{CompareError, refuse};
 use crate::fit::film_words::sentence;
-use crate::fit::{self, Depth, FitError, words_of};
+use crate::fit::{self, Depth, Fit, FitError, words_of};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::number::count_of;
-use crate::measurement::parameter::Settings;
-use crate::problem::{self, Severity, Solution};
+use crate::measurement::parameter::{Compliance, Settings};
+use crate::problem::own as place;
+use crate::problem::{
+    Block, Finding as OfFit, Id, Mode, Own, Problem, Sample, Severity, Shared, Solution, State, Unknown,
+};
 
 /// A data set, or the shots of one label of its `[fit] by`, fitted alone.
 pub(super) struct Alone {
@@ -25,19 +28,15 @@ pub(super) struct Alone {
     /// Index of its sample among the summaries, and of its label.
     pub(crate) sample: usize,
     pub(crate) label: usize,
-    /// Index of its data set, and of the first one with the same balls, on the same cloth and by
-    /// the same camera.
-    pub(crate) film: usize,
-    pub(crate) balls: usize,
-    pub(crate) cloth: usize,
-    pub(crate) camera: usize,
+    /// Index of its data set.
+    film: usize,
 }
 
 /// All samples fitted alone, and what they are compared by.
 pub(super) struct Samples<'a> {
     pub(crate) options: &'a Options,
     pub(crate) told_by: String,
-    pub(crate) by_cloth: bool,
+    by_cloth: bool,
     pub(crate) labels: Vec<String>,
     pub(crate) fitted: Vec<Alone>,
     pub(crate) summaries: Vec<SampleSummary>,
@@ -56,9 +55,8 @@ impl<'a> Samples<'a> {
         options: &'a Options,
         done: &(dyn Fn() + Sync),
     ) -> Result<Self, CompareError> {
-        let cloths: Vec<&String> = datasets.iter().filter_map(|dataset| dataset.cloth.as_ref()).collect();
-        let differ = cloths.iter().any(|cloth| *cloth != cloths[0]);
-        let by_cloth = cloths.len() == datasets.len() && differ;
+        let by_cloth = datasets.iter().all(|dataset| dataset.cloth.is_some())
+            && datasets.iter().any(|dataset| dataset.cloth != datasets[0].cloth);
         let told_by = match datasets {
             _ if by_cloth => "cloth",
             [Dataset { by: Some(column), .. }] => column,
@@ -73,32 +71,23 @@ impl<'a> Samples<'a> {
             summaries: Vec::new(),
             findings: Vec::new(),
         };
-        for (film, dataset) in datasets.iter().enumerate() {
-            let first = |label: fn(&Dataset) -> Option<&String>| {
-                let own = label(dataset);
-                let is_same = |other: &Dataset| own.is_some() && label(other) == own;
-                datasets.iter().position(is_same).unwrap_or(film)
-            };
-            let balls = first(|dataset| dataset.balls.as_ref());
-            let camera = first(|dataset| dataset.camera.as_ref());
-            let cloth = datasets.iter().position(|other| other.cloth == dataset.cloth).unwrap_or(film);
-            for (group, part) in fit::analysis::parts(dataset) {
+        for (film, whole) in datasets.iter().enumerate() {
+            for (group, dataset) in fit::analysis::parts(whole) {
                 let title = match group {
-                    Some(group) if datasets.len() > 1 => format!("{}, {group}", dataset.name),
+                    Some(group) if datasets.len() > 1 => format!("{}, {group}", whole.name),
                     Some(group) => group,
-                    None => dataset.name.clone(),
+                    None => whole.name.clone(),
                 };
-                all.add(part, title, [film, balls, cloth, camera], done)?;
+                all.add(dataset, title, film, done)?;
             }
         }
-        let mut fitted: Vec<usize> = all.fitted.iter().map(|alone| alone.label).collect();
-        fitted.sort_unstable();
-        fitted.dedup();
-        if fitted.len() < 2 {
-            return Err(CompareError::Refused(format!(
+        let is_fitted = |label: &usize| all.fitted.iter().any(|alone| alone.label == *label);
+        let fitted = (0..all.labels.len()).filter(is_fitted).count();
+        if fitted < 2 {
+            return refuse(format!(
                 "{} with usable shots; expected two or more to compare: data sets, or labels of one whose [fit] by names a column",
-                count_of(fitted.len(), "sample")
-            )));
+                count_of(fitted, "sample")
+            ));
         }
         Ok(all)
     }
@@ -108,11 +97,11 @@ impl<'a> Samples<'a> {
         &mut self,
         dataset: Dataset,
         title: String,
-        [film, balls, cloth, camera]: [usize; 4],
+        film: usize,
         done: &(dyn Fn() + Sync),
     ) -> Result<(), CompareError> {
-        let name = dataset.cloth.as_ref().filter(|_| self.by_cloth).unwrap_or(&title);
-        let label = self.labels.iter().position(|known| known == name).unwrap_or(self.labels.len());
+        let name = dataset.cloth.as_ref().filter(|_| self.by_cloth).unwrap_or(&title).clone();
+        let label = self.labels.iter().position(|known| *known == name).unwrap_or(self.labels.len());
         if label == self.labels.len() {
             self.labels.push(name.clone());
         }
@@ -122,32 +111,30 @@ impl<'a> Samples<'a> {
         let (shots_used, shots_rejected) = match fit::fit_watched(&dataset, &choices, done) {
             Ok(mut fits) => {
                 let fit = fits.remove(0);
-                for finding in &fit.solution.findings {
+                let shots_used = fit.shots_used();
+                let Fit { solution, frames, scatter, shots_rejected, .. } = fit;
+                let mut add = |severity, sentence| {
+                    self.findings.push(Finding::OfSample { sample, severity, sentence });
+                };
+                for finding in &solution.findings {
                     // what all samples determine together is said of their joint fit
-                    let is_of_all = matches!(finding, problem::Finding::Compliance { .. });
-                    if let Some(sentence) = sentence(finding, fit.frames.as_ref())
-                        && !is_of_all
-                    {
-                        let severity = finding.severity();
-                        self.findings.push(Finding::OfSample { sample, severity, sentence });
-                    }
+                    let is_of_all = matches!(finding, OfFit::Compliance { .. });
+                    let sentence = sentence(finding, frames.as_ref()).filter(|_| !is_of_all);
+                    sentence.into_iter().for_each(|sentence| add(finding.severity(), sentence));
                 }
-                let scatter = fit.scatter.filter(|scatter| scatter.is_estimated);
-                self.findings.extend(scatter.map(|scatter| Finding::OfSample {
-                    sample,
-                    severity: Severity::Note,
-                    sentence: words_of("scatter", Values::from(Serde(scatter))) + ".",
-                }));
-                let (settings, solution) = (dataset.settings_of_balls(), fit.solution);
-                let alone = Alone { dataset, settings, solution, sample, label, film, balls, cloth, camera };
+                if let Some(scatter) = scatter.filter(|scatter| scatter.is_estimated) {
+                    add(Severity::Note, words_of("scatter", Values::from(Serde(scatter))) + ".");
+                }
+                let settings = dataset.settings_of_balls();
+                let alone = Alone { dataset, settings, solution, sample, label, film };
                 self.fitted.push(alone);
-                (fit.shots_used, fit.shots_rejected)
+                (shots_used, shots_rejected)
             }
             Err(FitError::NoUsableShot { shots_rejected, .. }) => (0, shots_rejected),
             Err(error) => return Err(error.into()),
         };
-        let label = self.labels[label].clone();
-        self.summaries.push(SampleSummary { title, label, shots_used, shots_rejected });
+        let residuals = Vec::new();
+        self.summaries.push(SampleSummary { title, label: name, shots_used, shots_rejected, residuals });
         Ok(())
     }
 
@@ -155,9 +142,154 @@ impl<'a> Samples<'a> {
     pub(crate) fn is_separate(&self, quantity: Quantity) -> bool {
         self.options.is_separate(quantity, self.by_cloth)
     }
+}
 
-    /// Returns the first sample that the same camera filmed.
-    pub(crate) fn first_film(&'a self, alone: &'a Alone) -> &'a Alone {
-        self.fitted.iter().find(|other| other.camera == alone.camera).unwrap_or(alone)
+/// Ratio of lengths in two films, less 1, beyond which they are not by one camera that was not
+/// moved.
+const OTHER_CAMERA: f64 = 0.1;
+
+/// An unknown, and the samples that share it: those of the same number, and value if they hold it.
+struct Column<'a> {
+    id: Id,
+    number: usize,
+    held: Option<f64>,
+    of: Vec<&'a Alone>,
+}
+
+impl Samples<'_> {
+    /// Returns the problem of all samples with its start: the columns of the first sample come
+    /// first, in the order of [`Id`].
+    ///
+    /// # Errors
+    /// Films that are not by one camera though they are said to be.
+    pub fn join(&self) -> Result<(Problem, State), CompareError> {
+        let mut columns: Vec<Column> = Vec::new();
+        let (mut samples, mut own): (Vec<Sample>, Vec<Vec<Own>>) = (Vec::new(), Vec::new());
+        for alone in &self.fitted {
+            let (mut block, values) = self.in_common_picture(alone)?;
+            let of_sample = Id::ALL.map(|id| {
+                let (number, unknown) = (self.number(id, alone), self.unknown(id, alone));
+                let held = (unknown.mode == Mode::Fixed).then_some(unknown.start);
+                let is_same = |other: &Column| (other.id, other.number, other.held) == (id, number, held);
+                let place = columns.iter().position(is_same).unwrap_or(columns.len());
+                if place == columns.len() {
+                    columns.push(Column { id, number, held, of: Vec::new() });
+                }
+                columns[place].of.push(alone);
+                place
+            });
+            let noise_of = self.find_table(alone, &block, &samples).unwrap_or(samples.len());
+            if let Some(first) = samples.get_mut(noise_of) {
+                let noises = first.block.noises_mut().to_vec();
+                block.noises_mut().copy_from_slice(&noises);
+            }
+            samples.push(Sample { block, columns: of_sample, noise_of });
+            own.push(values);
+        }
+        let unknowns: Vec<Unknown> = columns.iter().map(|column| self.combine(column)).collect();
+        let shared = Shared::starts(&unknowns);
+        let mut problem = Problem { samples, unknowns, evaluations: Arc::default() };
+        problem.refresh_contact();
+        Ok((problem, State { own, shared }))
+    }
+
+    /// Returns what distinguishes the columns of an unknown: samples with the same number share
+    /// one.
+    fn number(&self, id: Id, alone: &Alone) -> usize {
+        if let Some(quantity) = Quantity::ALL.into_iter().find(|quantity| quantity.id() == id) {
+            return if self.is_separate(quantity) { alone.label } else { 0 };
+        }
+        let first = |is_same: &dyn Fn(&Dataset) -> bool| {
+            let is_same = |other: &Alone| other.film == alone.film || is_same(&other.dataset);
+            self.fitted.iter().position(is_same).unwrap_or(0)
+        };
+        let Dataset { balls, cloth, camera, .. } = &alone.dataset;
+        match id {
+            Id::MassRatio | Id::RadiusRatio => first(&|other| balls.is_some() && other.balls == *balls),
+            Id::MuR | Id::Bounce => first(&|other| other.cloth == *cloth),
+            id if id.is_of_camera() => first(&|other| camera.is_some() && other.camera == *camera),
+            _ => first(&|_| false),
+        }
+    }
+
+    /// Returns what a sample knows of an unknown; all samples together decide whether the contact is
+    /// compliant.
+    fn unknown(&self, id: Id, alone: &Alone) -> Unknown {
+        let unknown = *alone.solution.problem.unknown(id);
+        let is_auto = alone.settings.compliance == Compliance::Auto && self.options.fidelity.is_none();
+        let is_open = id == Id::Kappa && unknown.mode == Mode::Fixed && is_auto;
+        Unknown { start: if is_open { 0.0 } else { unknown.start }, ..unknown }
+    }
+
+    /// Combines what samples know of their common unknown: the narrower prior, unless the frames of
+    /// one contradict it, bounds of all, and as start the mean of the estimates.
+    fn combine(&self, Column { id, of, .. }: &Column) -> Unknown {
+        let mut all = self.unknown(*id, of[0]);
+        let (mut weighted, mut sum, mut is_contradicted) = (0.0, 0.0, false);
+        for alone in of {
+            let Unknown { mode, prior, bounds: [low, high], .. } = self.unknown(*id, alone);
+            all.mode = if mode == Mode::Free { mode } else { all.mode };
+            all.bounds = [all.bounds[0].max(low), all.bounds[1].min(high)];
+            all.prior = all.prior.into_iter().chain(prior).min_by(|a, b| a.sd.total_cmp(&b.sd));
+            let conflict = |own: &OfFit| matches!(own, OfFit::Conflict { id: own, .. } if own == id);
+            is_contradicted |= alone.solution.findings.iter().any(conflict);
+            let factor = if *id == Id::Scale {
+                self.first_film(alone).solution.unit / alone.solution.unit
+            } else {
+                1.0
+            };
+            let sd = alone.solution.get(*id).and_then(|estimate| estimate.std_error);
+            let information = sd.map_or(f64::MIN_POSITIVE, |sd| sd.powi(-2));
+            weighted += information * alone.solution.value(*id) * factor;
+            sum += information;
+        }
+        if all.mode == Mode::Free {
+            all.start = (weighted / sum).max(all.bounds[0]).min(all.bounds[1]);
+        }
+        Unknown { prior: all.prior.filter(|_| !is_contradicted), ..all }
+    }
+
+    /// Returns the first sample of the table that a sample is of: labels of one table have its
+    /// noise.
+    fn find_table(&self, alone: &Alone, block: &Block, samples: &[Sample]) -> Option<usize> {
+        let Block::Rows(own) = block else { return None };
+        let is_of_table = |(other, sample): (&Alone, &Sample)| {
+            matches!(&sample.block, Block::Rows(of) if of.noises.len() == own.noises.len())
+                && other.film == alone.film
+        };
+        self.fitted.iter().zip(samples).position(is_of_table)
+    }
+
+    /// Returns the first sample by the same camera.
+    fn first_film(&self, alone: &Alone) -> &Alone {
+        &self.fitted[self.number(Id::Scale, alone)]
+    }
+
+    /// Returns the data of a sample and its own unknowns, with its picture in the unit and from the
+    /// middle of the first film by the same camera.
+    fn in_common_picture(&self, alone: &Alone) -> Result<(Block, Vec<Own>), CompareError> {
+        let (own, first) = (&alone.solution, self.first_film(alone));
+        let of_first = &first.solution;
+        let factor = of_first.unit / own.unit;
+        let lengths = own.value(Id::Scale) * factor / of_first.value(Id::Scale);
+        if (lengths - 1.0).abs() > OTHER_CAMERA {
+            return refuse(format!(
+                "{} and {}: lengths in their films differ by a factor of {lengths:.2}, but camera has the same label in both; \
+                 expected it of one camera that was not moved",
+                first.dataset.name, alone.dataset.name
+            ));
+        }
+        let by = (Vector2::from(own.middle) - Vector2::from(of_first.middle)) * of_first.unit;
+        let (mut block, mut values) = (own.problem.samples[0].block.clone(), own.at.state.own[0].clone());
+        if let Block::Film(film) = &mut block {
+            film.move_picture(factor, by);
+            // places on the table are from the middle, too
+            let on_table = by / (factor * own.value(Id::Scale));
+            for values in &mut values {
+                values[place::X] += on_table.x;
+                values[place::Y] += on_table.y;
+            }
+        }
+        Ok((block, values))
     }
 }

@@ -109,6 +109,13 @@ fn film_of(dataset: &Dataset) -> Option<Film> {
 }
 
 /// Returns a data set with what its frames show independently of the law of the impact: of a film
+/// of balls the impacts, of one of discs the shots that can be used. Other data are returned as
+/// they are.
+pub fn extract(dataset: Dataset) -> Dataset {
+    with_impacts(dataset, &|| ()).0
+}
+
+/// Returns a data set with what its frames show independently of the law of the impact: of a film
 /// of balls the impacts, with the fit of the film; of one of discs the shots that can be used. What
 /// was found on the way is among its notes, shots without an impact are left out. Other data are
 /// returned as they are.

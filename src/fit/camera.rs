@@ -3,7 +3,7 @@
 
 use minijinja::context;
 
-use super::doubts::words_of;
+use super::film_words::words_of;
 use crate::measurement::correction::Correction;
 use crate::problem::{Camera, Finding, Id, Solution};
 

@@ -13,7 +13,7 @@ use super::goodness::normality_of;
 use super::trends::IMPROBABLE;
 use super::{
     Computed, Counted, Diagnostics, Estimate, Fit, Goodness, Identifiability, Influence, Noise, NoiseVerdict,
-    Options, Rejected, Residual, Robust, Trend, Weight, film_words,
+    Options, Rejected, Residual, Robust, Trend, Weight,
 };
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
@@ -71,28 +71,21 @@ impl Fitted<'_> {
             rolling: dataset.rolling,
             fidelity: options.fidelity.map_or("auto", Fidelity::name),
             footage: dataset.tracks.is_some(),
-            effects: Computed::effects(&Computed::of(solution, options.fidelity)),
             correlation: correlation(&estimates, &solution.covariance_in(errors, &ids)),
             estimates,
             chi2: solution.chi2_of_all(),
             dof: solution.dof(),
             noise: noise_of(&residuals),
-            shots_used: solution.names[0].len(),
             shots_rejected: self.rejected(),
             disc_shots: Vec::new(),
             scatter: None,
             friction_curve: Vec::new(),
             camera: None,
-            explanations: film_words::explanations(solution, None),
             residuals,
             frames: None,
             solution: Arc::clone(solution),
-            termination: if solution.converged { "χ² has settled" } else { "too many steps" }.to_owned(),
-            converged: solution.converged,
-            iterations: solution.evaluations,
             seconds: 0.0,
             diagnostics: Diagnostics::default(),
-            unknowns: solution.estimates(),
             budget: Id::WANTED.into_iter().filter_map(|id| solution.budget(id)).collect(),
             remarks: Vec::new(),
         }

@@ -1,12 +1,48 @@
-//! Findings of the problem as remarks, and the causes among them.
+//! Remarks on a fit in words: findings of its problem, and the causes among them.
 
-use minijinja::value::Serde;
+use std::sync::LazyLock;
+
+use minijinja::value::{Serde, merge_maps};
 use minijinja::{Value as Values, context};
 
+use super::Explanation;
 use super::film::FittedFilm;
-use super::{Explanation, Remark};
 use crate::measurement::spin::Spin;
-use crate::problem::{Finding, Id, Solution};
+use crate::problem::{Finding, Id, Severity, Solution};
+use crate::words::Sentences;
+
+/// The words of every remark, by its kind.
+static WORDS: LazyLock<Sentences> = LazyLock::new(|| Sentences::of(include_str!("words.jinja")));
+
+/// Something to know of a fit: a finding of its problem, or what follows from its results.
+#[derive(Clone, Debug)]
+pub(crate) struct Remark {
+    /// How far it affects the trust in the fit.
+    pub(crate) severity: Severity,
+    pub(crate) kind: String,
+    /// Its numbers.
+    pub(crate) values: Values,
+    pub(crate) sentence: String,
+}
+
+impl Remark {
+    /// Returns a remark with these numbers; `None` if it has no words, as it stands elsewhere. The
+    /// name is its kind, or its kind and behind `/` that of its words, which may take the numbers
+    /// `beside`, too.
+    pub(super) fn new(severity: Severity, name: &str, values: Values, beside: Values) -> Option<Self> {
+        let (kind, of_words) = name.split_once('/').unwrap_or((name, name));
+        let numbers = merge_maps([values.clone(), beside]);
+        let words = context! { kind => of_words, severity => Serde(severity), ..numbers };
+        let sentence = WORDS.sentence(words);
+        (!sentence.is_empty()).then(|| Self { severity, kind: kind.to_owned(), values, sentence })
+    }
+}
+
+/// Returns the words of a remark alone.
+pub(crate) fn words_of(name: &str, values: Values) -> String {
+    Remark::new(Severity::Note, name, values, Values::default())
+        .map_or_else(String::new, |remark| remark.sentence)
+}
 
 /// Difference of a topspin from the stated one, as a part of natural roll, that counts as another
 /// spin.

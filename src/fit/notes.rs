@@ -3,10 +3,10 @@
 use minijinja::{Value as Values, context};
 
 use super::film::FittedFilm;
-use super::film_words::{DIFFERS, remark};
-use super::{Estimate, Fit, Remark, Status, check};
+use super::film_words::{DIFFERS, Remark, remark};
+use super::{Estimate, Fit, Status, check};
 use crate::film::frame_noise::constant_axis;
-use crate::measurement::dataset::{Dataset, ON_REQUEST, Shot};
+use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
@@ -37,37 +37,26 @@ pub(super) fn comment(
         fit.diagnostics.contours.clear();
     }
     fit.diagnostics.suspicious = check::suspicious(dataset, shots, fit.sliding);
-    fit.remarks = fit.doubts();
+    let mut all = fit.doubts();
     let found = fit.solution.findings.iter().filter(|finding| finding.severity() == Severity::Note);
-    let mut notes: Vec<Remark> = found.filter_map(|finding| remark(finding, fit.frames.as_ref())).collect();
-    notes.extend(own);
-    let shots = fit.shots_rejected.iter().filter(|shot| shot.reason == ON_REQUEST).count();
-    if shots > 0 {
-        let of = fit.shots_rejected.len() + fit.shots_used;
-        notes.extend(note("left-out-on-request", context! { shots, of }));
-    }
-    notes.extend(unidentified(fit, has_topspin));
-    notes.extend(
-        dataset
-            .notes()
-            .filter_map(|text| Remark::new(Severity::Note, "data", context! {}, context! { text })),
-    );
-    fit.remarks.extend(notes);
-}
-
-/// Returns the parameters that the data do not determine, unless it is said of a combination.
-fn unidentified(fit: &Fit, has_topspin: bool) -> impl Iterator<Item = Remark> {
+    all.extend(found.filter_map(|finding| remark(finding, fit.frames.as_ref())));
+    all.extend(own);
+    let on_request = fit.shots_rejected.len() - fit.unwanted().len();
+    all.extend(of_shots("left-out-on-request", on_request, fit.shots_rejected.len() + fit.shots_used()));
+    // parameters that the data do not determine, unless it is said of a combination
     let worst = fit.diagnostics.identifiability.as_ref().and_then(|found| found.worst.as_ref());
     let is_combination = worst.is_some_and(|worst| worst.undetermined);
-    let open = fit.estimates.iter().filter(|estimate| estimate.status == Status::NotIdentified);
-    open.filter_map(move |Estimate { parameter, value, .. }| {
+    for Estimate { parameter, value, status, .. } in &fit.estimates {
         let without_topspin = *parameter == Parameter::MuS && !has_topspin;
-        let parameter = parameter.name();
-        let is_wanted = without_topspin || !is_combination;
-        is_wanted
-            .then(|| note("undetermined/not-identified", context! { parameter, value, without_topspin }))
-            .flatten()
-    })
+        if *status == Status::NotIdentified && (without_topspin || !is_combination) {
+            let parameter = parameter.name();
+            all.extend(note("undetermined/not-identified", context! { parameter, value, without_topspin }));
+        }
+    }
+    for text in dataset.notes() {
+        all.extend(Remark::new(Severity::Note, "data", context! {}, context! { text }));
+    }
+    fit.remarks = all;
 }
 
 /// Returns what the frames of a film of balls show besides the parameters.

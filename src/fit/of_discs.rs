@@ -67,7 +67,6 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         },
         object: None,
         discs,
-        effects: effects.list().to_vec(),
         disc_shots: impacts.clone(),
         scatter: Some(Scatter { restitution, impulse_ratio, is_estimated: shots >= LEAST_SHOTS }),
         camera: Some(FoundCamera::of_film(solution)),

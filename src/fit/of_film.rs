@@ -6,7 +6,7 @@ use super::deviations::{trends, whiten};
 use super::error::Request;
 use super::film::FittedFilm;
 use super::regions::contours;
-use super::{Depth, Diagnostics, Estimate, Fit, FitError, Intervals, Status, film_words, notes};
+use super::{Depth, Diagnostics, Estimate, Fit, FitError, Intervals, Status, notes};
 use crate::measurement::dataset::{Measured, Shot};
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::spin::Spin;
@@ -86,7 +86,6 @@ fn build(fitted: &Fitted, film: &FittedFilm) -> Fit {
         camera: Some(FoundCamera::of_film(solution)),
         diagnostics: diagnostics(fitted, &estimates),
         frames: Some(film.clone()),
-        explanations: film_words::explanations(solution, Some(film)),
         ..fitted.bare(estimates, &solution.covariance, |_| true)
     }
 }

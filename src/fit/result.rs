@@ -44,8 +44,6 @@ pub struct Fit {
     pub(crate) rolling: Option<Measured>,
     /// The name of the fidelity, as on the command line.
     pub(crate) fidelity: &'static str,
-    /// The name of each effect, and whether the model contains it.
-    pub(crate) effects: Vec<(&'static str, bool)>,
     /// The estimates of the parameters that the fit has, in the order of
     /// [`Parameter::ALL`](crate::measurement::parameter::Parameter::ALL).
     pub(crate) estimates: Vec<Estimate>,
@@ -60,8 +58,6 @@ pub struct Fit {
     pub(crate) dof: usize,
     /// How the noise of each observable was known, in the order of first appearance.
     pub(crate) noise: Vec<Noise>,
-    /// How many shots were fitted.
-    pub(crate) shots_used: usize,
     /// The shots that were left out, with the reasons.
     pub(crate) shots_rejected: Vec<Rejected>,
     /// Measurements of every shot of discs.
@@ -76,13 +72,8 @@ pub struct Fit {
     pub(crate) camera: Option<FoundCamera>,
     /// Whether the shots were filmed, and not measured as impacts or angles.
     pub(crate) footage: bool,
-    /// The estimates of all that the shots share.
-    pub(crate) unknowns: Vec<crate::problem::Estimate>,
     /// The error budgets of μ, μ_s and e.
     pub(crate) budget: Vec<crate::problem::Budget>,
-    /// Causes that explain residuals that the equations or the stated numbers leave, the best
-    /// first; the estimates include it.
-    pub(crate) explanations: Vec<Explanation>,
     /// The observations of [`Fit::tested`] one by one; of films of balls the velocities after each
     /// impact, as its frames show them without the law of the impact.
     pub(crate) residuals: Vec<Residual>,
@@ -90,12 +81,6 @@ pub struct Fit {
     pub(crate) frames: Option<FittedFilm>,
     /// The minimum.
     pub(crate) solution: Arc<Solution>,
-    /// Why the optimiser stopped, in words.
-    pub(crate) termination: String,
-    /// Whether it stopped at a minimum.
-    pub(crate) converged: bool,
-    /// How many times the search computed all residuals.
-    pub(crate) iterations: usize,
     /// How long the fit took, s.
     pub(crate) seconds: f64,
     /// How far the fit can be trusted.
@@ -173,10 +158,10 @@ impl Computed {
     }
 
     /// Returns each effect, and whether some shots were computed with it.
-    pub(crate) fn effects(all: &[Self]) -> Vec<(&'static str, bool)> {
+    pub(crate) fn effects(all: &[Self]) -> impl Iterator<Item = (&'static str, bool)> {
         let is_on =
             |(effect, _)| (effect, all.iter().any(|own| own.effects.list().contains(&(effect, true))));
-        Effects::NONE.list().into_iter().map(is_on).collect()
+        Effects::NONE.list().into_iter().map(is_on)
     }
 }
 

@@ -6,12 +6,22 @@ use minijinja::{Value as Values, context};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::doubts::words_of;
-use super::{Budget, Fit, Id, Remark, Status};
+use super::doubts::FOOTAGE;
+use super::film_words::words_of;
+use super::{Budget, Fit, Id, Status};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::written::written_by_name;
 use crate::physics::name::{by_name, worded};
 use crate::problem::Severity;
+
+/// Part of all shots of a film that may be left out as wrong ones now and then.
+const SELDOM: f64 = 0.15;
+
+/// Standard deviation of m_cue/m_object of balls of 170 g that are each weighed to 0.1 g: 0.0008.
+const WEIGHED: f64 = 0.001;
+
+/// Part of a variance.
+const LARGE_MASS_PART: f64 = 0.5;
 
 worded! {
     /// Whether the numbers of a fit can be used, the best first.
@@ -32,6 +42,17 @@ worded! {
 by_name!(Grade, "grade", ALL, name);
 written_by_name!(Grade);
 
+impl Grade {
+    /// Returns the grade of numbers whose worst finding has this severity.
+    pub(crate) fn of(worst: Option<Severity>) -> Self {
+        match worst {
+            Some(Severity::Unusable) => Self::Unusable,
+            Some(Severity::Doubtful) => Self::Doubtful,
+            _ => Self::Good,
+        }
+    }
+}
+
 /// Whether the numbers can be used.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Verdict {
@@ -45,24 +66,20 @@ pub struct Verdict {
 impl Fit {
     /// Returns whether the numbers can be used, and the one thing to know about them.
     pub fn verdict(&self) -> Verdict {
-        match self.doubts().into_iter().next() {
-            Some(Remark { severity: Severity::Unusable, sentence, .. }) => {
-                let why = self.wrong_footage().filter(|_| self.is_refuted());
-                let sentences: Vec<String> =
-                    std::iter::once(sentence).chain(why.map(|why| why.sentence)).collect();
-                Verdict { grade: Grade::Unusable, sentence: sentences.join(" ") }
-            }
-            Some(Remark { severity: Severity::Doubtful, sentence, .. }) => {
-                Verdict { grade: Grade::Doubtful, sentence }
-            }
-            _ => Verdict { grade: Grade::Good, sentence: self.what_is_determined() },
+        let worst = self.remarks.first();
+        let grade = Grade::of(worst.map(|worst| worst.severity));
+        let mut sentence = worst.map_or_else(String::new, |worst| worst.sentence.clone());
+        if grade == Grade::Good {
+            sentence = self.what_is_determined();
+        } else if grade == Grade::Unusable && self.is_refuted() {
+            let why = self.remarks.iter().find(|remark| remark.kind == FOOTAGE);
+            sentence.extend(why.map(|why| format!(" {}", why.sentence)));
         }
+        Verdict { grade, sentence }
     }
 
     /// Returns what is determined, and what tests it.
     fn what_is_determined(&self) -> String {
-        /// Part of all shots of a film that may be left out as wrong ones now and then.
-        const SELDOM: f64 = 0.15;
         let with = |status: Status| {
             let alike = self.of_contact().filter(move |e| e.status == status);
             alike.map(|e| e.parameter.symbol()).collect::<Vec<_>>()
@@ -71,11 +88,10 @@ impl Fit {
         let tested = goodness.filter(|goodness| goodness.p_value.is_some() && goodness.dof > 0);
         let scatter = self.scatter.filter(|scatter| scatter.is_estimated);
         let rejected = self.unwanted();
-        let of = self.shots_used + rejected.len();
+        let of = self.shots_used() + rejected.len();
         let are_few = rejected.len() as f64 <= (SELDOM * of as f64).max(1.0);
-        let unwanted = if self.footage && are_few { 0 } else { rejected.len() };
         let values = context! {
-            shots => self.shots_used,
+            shots => self.shots_used(),
             free => with(Status::Free),
             silent => with(Status::NotIdentified),
             counted => self.counted().words(),
@@ -84,7 +100,7 @@ impl Fit {
             robust => self.diagnostics.robust.is_some(),
             film => self.footage,
             of,
-            unwanted,
+            unwanted => if self.footage && are_few { 0 } else { rejected.len() },
             first => rejected.first().map(Serde),
             masses => self.limited_by_masses(),
         };
@@ -94,11 +110,6 @@ impl Fit {
     /// Returns the symbol and the error of the parameter of which most of the variance is due to
     /// masses that were not weighed, and the part of the error that is.
     fn limited_by_masses(&self) -> Option<(&'static str, f64, f64)> {
-        /// The standard deviation of m_cue/m_object of balls of 170 g that are each weighed to 0.1
-        /// g is 0.0008.
-        const WEIGHED: f64 = 0.001;
-        /// Part of a variance.
-        const LARGE_MASS_PART: f64 = 0.5;
         self.solution.get(Id::MassRatio)?.prior.filter(|prior| prior.sd >= WEIGHED)?;
         let share = |budget: &Budget| {
             let masses = budget.shares.iter().find(|share| share.nuisance == Id::MassRatio)?.variance;
@@ -113,6 +124,8 @@ impl Fit {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::{Fit, Grade};
     use crate::fit::{self, Depth, Options};
     use crate::problem::Combination;
@@ -124,6 +137,10 @@ mod tests {
         let worst = fit.diagnostics.identifiability.as_mut().and_then(|found| found.worst.as_mut()).unwrap();
         let words = "only the product μ·μ_s is determined".to_owned();
         *worst = Combination { weak: true, undetermined, words, ..worst.clone() };
+    }
+
+    fn has_not_ended(fit: &mut Fit) {
+        Arc::make_mut(&mut fit.solution).converged = false;
     }
 
     /// Doubts that searches of simulated shots seldom raise, the most harmful last: each is said
@@ -142,12 +159,13 @@ mod tests {
             (|fit| fit.diagnostics.has_rival = true, Grade::Doubtful, "Other values fit nearly as well"),
             (|fit| is_open(fit, false), Grade::Doubtful, "Only the product μ·μ_s is determined."),
             (|fit| is_open(fit, true), Grade::Doubtful, "Only the product μ·μ_s is determined. The values"),
-            (|fit| fit.converged = false, Grade::Unusable, "came to no end (χ² has settled)"),
+            (has_not_ended, Grade::Unusable, "came to no end (too many steps)"),
         ];
         for (doubt, grade, said) in doubts {
             let mut one = good.clone();
             for fit in [&mut one, &mut all] {
                 doubt(fit);
+                fit.remarks = fit.doubts();
                 let verdict = fit.verdict();
                 assert_eq!(verdict.grade, grade, "{said}");
                 assert!(verdict.sentence.contains(said), "{verdict:?}");

@@ -14,7 +14,7 @@ use super::{ReportError, chi2_of, csv};
 use crate::compare::{Compared, Comparison, Finding, Quantity, Reason};
 use crate::fit::{Counted, Verdict};
 use crate::measurement::number::with_error;
-use crate::problem::Severity;
+use crate::problem::{Block, Severity};
 
 /// The templates of the report, of a finding, and of why a label is left out.
 const COMPARE: &str = include_str!("templates/compare.jinja");
@@ -38,7 +38,7 @@ pub fn table(comparison: &Comparison) -> String {
 }
 
 fn page(comparison: &Comparison) -> Result<String, ReportError> {
-    let shots = comparison.residuals.iter().map(|one| (comparison.shot_name(one), &one.of_shot));
+    let shots = comparison.residuals().map(|(sample, residual)| (sample.shot_name(residual), residual));
     let figures = context! {
         forest => Serde(forest(comparison)),
         residuals => Serde(of_comparison(comparison)),
@@ -54,10 +54,11 @@ fn content(comparison: &Comparison) -> Values {
 }
 
 pub(super) fn counted(comparison: &Comparison) -> Counted {
-    if comparison.is_filmed {
+    let samples = &comparison.solution.problem.samples;
+    if samples.iter().any(|sample| !matches!(sample.block, Block::Rows(_))) {
         return Counted::Coordinates;
     }
-    Counted::of(comparison.residuals.iter().map(|residual| &residual.of_shot.observable))
+    Counted::of(comparison.residuals().map(|(_, residual)| &residual.observable))
 }
 
 /// Returns the sentences of findings of some severities.
@@ -77,7 +78,7 @@ pub fn notes(comparison: &Comparison) -> Vec<String> {
 }
 
 pub(super) fn termination(comparison: &Comparison) -> &'static str {
-    if comparison.converged {
+    if comparison.solution.converged {
         "converged: no step promises a smaller χ²"
     } else {
         "no step lowered χ² though one was promised to, or there were too many steps"

@@ -83,10 +83,9 @@ fn ball_name(ball: TrackedBall) -> &'static str {
 /// data set, or one label of a data set).
 pub(super) fn of_comparison(comparison: &Comparison) -> String {
     let model = if comparison.is_refuted() { "refuted" } else { "" };
-    let rows = comparison.residuals.iter().map(|residual| {
-        let sample = &comparison.samples[residual.sample].title;
-        format!("{},{}", quoted(sample), row(&residual.of_shot, model))
-    });
+    let rows = comparison
+        .residuals()
+        .map(|(sample, residual)| format!("{},{}", quoted(&sample.title), row(residual, model)));
     std::iter::once(format!("sample,{RESIDUALS}\n")).chain(rows).collect()
 }
 

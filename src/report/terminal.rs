@@ -67,8 +67,8 @@ pub(super) fn rare(known: &[Parameter]) -> Vec<String> {
 pub(super) fn cells(fit: &Fit, known: &[Parameter]) -> Vec<String> {
     let name = fit.label().map_or(fit.dataset.clone(), |label| format!("{} / {label}", fit.dataset));
     let shots = match fit.shots_rejected.len() {
-        0 => fit.shots_used.to_string(),
-        rejected => format!("{} of {}", fit.shots_used, fit.shots_used + rejected),
+        0 => fit.shots_used().to_string(),
+        rejected => format!("{} of {}", fit.shots_used(), fit.shots_used() + rejected),
     };
     let grade = fit.verdict().grade;
     let mut cells = vec![name, shots];
@@ -95,7 +95,7 @@ fn line(fits: &[Fit], known: &[Parameter]) -> Line {
         (count > 0).then(|| format!("{count} {}", grade.name()))
     };
     let counts: Vec<String> = Grade::ALL.into_iter().filter_map(count).collect();
-    let used: usize = fits.iter().map(|fit| fit.shots_used).sum();
+    let used: usize = fits.iter().map(|fit| fit.shots_used()).sum();
     let mut cells = vec![format!("{} ({} labels)", fits[0].dataset, fits.len()), used.to_string()];
     verdicts.retain(|(_, own)| own.grade != Grade::Unusable);
     cells.extend(known.iter().map(|parameter| {
@@ -150,7 +150,8 @@ pub(super) fn unknowns(fit: &Fit, is_shown: impl Fn(Id) -> bool) -> Vec<Vec<Stri
             largest.map_or(String::new(), |(source, error)| format!("{source}, ± {}", plain(*error, 2))),
         ])
     };
-    let shown = fit.unknowns.iter().filter(|unknown| is_shown(unknown.id) && is_determined(unknown.id));
+    let unknowns = fit.solution.estimates();
+    let shown = unknowns.iter().filter(|unknown| is_shown(unknown.id) && is_determined(unknown.id));
     shown.filter_map(row).collect()
 }
 

@@ -5,6 +5,7 @@ use crate::compare::{
     Compared, Comparison, Difference, LikelihoodRatio, Reason, Robust, SampleSummary, Value,
 };
 use crate::fit::{Computed, Counted, Verdict};
+use crate::physics::collision::Fidelity;
 use crate::report::compare as words;
 
 document! {
@@ -16,12 +17,12 @@ document! {
         /// Whether the numbers can be used.
         verdict: Verdict = words::verdict(comparison),
         /// Collision model.
-        fidelity: &'static str = comparison.fidelity,
+        fidelity: &'static str = comparison.fidelity.map_or("auto", Fidelity::name),
         /// joint: all frames of films of balls at once; direct: the numbers of tables.
         #[schemars(extend("enum" = ["joint", "direct"]))]
-        method: &'static str = if comparison.is_filmed { "joint" } else { "direct" },
+        method: &'static str = if words::counted(comparison) == Counted::Coordinates { "joint" } else { "direct" },
         /// How many shots were computed at which fidelity.
-        computed: Vec<Computed> = comparison.computed.clone(),
+        computed: Vec<Computed> = Computed::of(&comparison.solution, comparison.fidelity),
         /// Shots that count less under a robust loss.
         robust: Option<Robust> = comparison.robust.clone(),
         /// Notes, in sentences.
@@ -41,13 +42,13 @@ document! {
         counted: Counted = words::counted(comparison),
         /// Sum of the squared standardized residuals, priors included.
         #[schemars(with = "Option<f64>")]
-        chi2: f64 = comparison.chi2,
+        chi2: f64 = comparison.chi2(),
         /// Degrees of freedom.
-        dof: usize = comparison.dof,
+        dof: usize = comparison.solution.dof(),
         /// Whether the noise was estimated from the residuals.
         noise_estimated: bool = comparison.noise_estimated,
         /// Whether the search ended at a minimum.
-        converged: bool = comparison.converged,
+        converged: bool = comparison.solution.converged,
         /// Why the search ended.
         termination: &'static str = words::termination(comparison),
     }

@@ -4,7 +4,9 @@ use serde::Deserialize;
 use serde_json::{Number, Value};
 
 use super::{ByName, Made, document, each, finite, named};
-use crate::fit::{self, Counted, Diagnostics, Explanation, Fit, FoundCamera, Rejected, Scatter, Verdict};
+use crate::fit::{
+    self, Computed, Counted, Diagnostics, Explanation, Fit, FoundCamera, Rejected, Scatter, Verdict,
+};
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::physics::ball::Ball;
 use crate::problem::{self, Budget, Severity, Status};
@@ -48,7 +50,9 @@ document! {
         #[schemars(extend("enum" = ["joint", "direct"]))]
         method: String = fit.method_name().to_owned(),
         /// Whether the model contains each effect, by its name.
-        effects: ByName<bool> = fit.effects.iter().map(|(name, on)| ((*name).to_owned(), *on)).collect(),
+        effects: ByName<bool> = {
+            Computed::effects(&fit.diagnostics.computed).map(|(name, on)| (name.to_owned(), on)).collect()
+        },
         /// Findings, the most important first.
         findings: Vec<Found> = each(&fit.remarks, Found::new),
         /// Estimates by the name of the parameter; mu_b and mu_c if the friction decreases with the
@@ -77,14 +81,14 @@ document! {
         film: Option<ByName<FilmEntry>> = fit.camera.as_ref().map(film),
         /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and
         /// camera.
-        unknowns: Vec<Unknown> = each(&fit.unknowns, Unknown::new),
+        unknowns: Vec<Unknown> = each(&fit.solution.estimates(), Unknown::new),
         /// The sources of the standard errors of mu, mu_s and e, the largest part first; empty for
         /// those without one.
         budget: ByName<Vec<BudgetPart>> = named(&fit.budget, |own| (own.id.name(), budget(own))),
         /// Explanations of residuals that the equations or the stated numbers leave, the best
         /// first.
         #[serde(skip_deserializing)]
-        explanations: Vec<Explanation> = fit.explanations.clone(),
+        explanations: Vec<Explanation> = fit.explanations(),
         /// Number of measured values.
         observations: usize = match &fit.frames {
             Some(film) => film.solution.chi2_of_data().1.round() as usize,
@@ -96,7 +100,7 @@ document! {
         #[serde(flatten, skip_deserializing)]
         diagnostics: Diagnostics = fit.diagnostics.clone(),
         /// Number of shots that were fitted.
-        shots_used: usize = fit.shots_used,
+        shots_used: usize = fit.shots_used(),
         /// Shots that were left out.
         shots_rejected: Vec<Rejected> = fit.shots_rejected.clone(),
         /// Standard deviations between shots of discs beyond the errors of their frames, which the
@@ -104,11 +108,11 @@ document! {
         #[serde(skip_serializing_if = "Option::is_none", skip_deserializing)]
         scatter: Option<Scatter> = fit.scatter.filter(|scatter| scatter.is_estimated),
         /// Whether the search ended at a minimum.
-        converged: bool = fit.converged,
+        converged: bool = fit.converged(),
         /// Why the search ended.
-        termination: String = fit.termination.clone(),
+        termination: String = fit.termination().to_owned(),
         /// How many times the search computed all residuals.
-        iterations: usize = fit.iterations,
+        iterations: usize = fit.solution.evaluations,
         /// Duration of the fit, s.
         seconds: f64 = fit.seconds,
     }
@@ -184,7 +188,7 @@ document! {
     #[derive(Deserialize)]
     Found(remark: &fit::Remark) {
         /// The kind of the finding.
-        kind: String = data(remark).0,
+        kind: String = remark.kind.clone(),
         /// info: good to know; doubt: the estimates may be off by more than their errors; unusable:
         /// they are meaningless.
         #[schemars(extend("enum" = ["info", "doubt", "unusable"]))]
@@ -197,7 +201,7 @@ document! {
         sentence: String = remark.sentence.clone(),
         /// Its numbers, by their names.
         #[serde(flatten)]
-        values: serde_json::Map<String, Value> = data(remark).1,
+        values: serde_json::Map<String, Value> = numbers(remark),
     }
 
     /// An unknown that all shots share.
@@ -250,12 +254,15 @@ impl FitDocument {
     }
 }
 
-/// Returns the kind of a remark, and its numbers.
-fn data(remark: &fit::Remark) -> (String, serde_json::Map<String, Value>) {
-    let values = serde_json::to_value(&remark.values).unwrap_or_default();
-    let mut values = if let Value::Object(values) = values { values } else { serde_json::Map::new() };
-    let kind = values.shift_remove("kind").and_then(|kind| Some(kind.as_str()?.to_owned()));
-    (kind.unwrap_or_default(), values)
+/// Returns the numbers of a remark.
+fn numbers(remark: &fit::Remark) -> serde_json::Map<String, Value> {
+    match serde_json::to_value(&remark.values) {
+        Ok(Value::Object(mut values)) => {
+            values.shift_remove("kind");
+            values
+        }
+        _ => serde_json::Map::new(),
+    }
 }
 
 impl Body {

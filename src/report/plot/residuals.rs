@@ -37,7 +37,7 @@ pub(in crate::report) fn residuals(fit: &Fit) -> Figure {
         format!("{} {equal}{value}", one.parameter.symbol())
     });
     let estimates = estimates.collect::<Vec<_>>().join(",   ");
-    let shots = count_of(fit.shots_used, "shot");
+    let shots = count_of(fit.shots_used(), "shot");
     let model = format!("model {},   {shots},   {}", fit.fidelity, chi2_words(fit));
     let mut figure = observed.figure(title(fit), panels);
     figure.lines.splice(0..0, [(estimates, GREY), (model, GREY)]);
@@ -50,9 +50,8 @@ pub(in crate::report) fn residuals(fit: &Fit) -> Figure {
 /// Returns the residuals of all labels of a comparison, each in its colour.
 pub(in crate::report) fn of_comparison(comparison: &Comparison) -> Figure {
     let mut observed = Observed::new(comparison.labels.iter());
-    for residual in &comparison.residuals {
-        let shot = comparison.shot_name(residual);
-        observed.add_residual(&comparison.labels[residual.label], &shot, f64::NAN, &residual.of_shot);
+    for (sample, residual) in comparison.residuals() {
+        observed.add_residual(&sample.label, &sample.shot_name(residual), f64::NAN, residual);
     }
     let panels = observed.against(SPEED_AXIS);
     observed.figure("Residuals of the joint fit".to_owned(), panels)
