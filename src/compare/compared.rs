@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::joint::{Joint, estimate, settle};
@@ -11,11 +11,13 @@ use super::result::{
     SampleSummary, SampleWeight, Value, WALD,
 };
 use super::{CompareError, refuse};
-use crate::fit::deviations::residuals;
-use crate::fit::trends::holm;
+use crate::fit::deviations::{holm, residuals};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
 use crate::problem::{self, Estimates, Evaluation, Id, Mode, Policy, Problem, refutes};
+
+/// Probability of error of a difference that is accepted.
+const LEVEL: f64 = 0.05;
 
 impl Joint<'_> {
     /// Returns what the fit says.
@@ -38,7 +40,7 @@ impl Joint<'_> {
         let differences = quantities.iter_mut().flat_map(|compared| &mut compared.differences);
         holm(differences.map(|difference| &mut difference.p_holm));
         for difference in quantities.iter_mut().flat_map(|compared| &mut compared.differences) {
-            difference.real = difference.p_holm < Difference::LEVEL;
+            difference.real = difference.p_holm < LEVEL;
         }
         let mut findings = std::mem::take(&mut self.samples.findings);
         findings.extend(quantities.iter().flat_map(find_doubts));
@@ -53,7 +55,7 @@ impl Joint<'_> {
                 weights.extend((weight < 1.0).then_some(SampleWeight { sample, shot, weight }));
             }
             losses.push(options.loss.unwrap_or(alone.dataset.loss));
-            summary.residuals = residuals(&solution.names[0], &solution.deviations(), |_| true);
+            summary.residuals = residuals(&solution.names[0], &solution.deviations());
         }
         weights.sort_by(|a, b| a.weight.total_cmp(&b.weight));
         let robust = Loss::ALL.into_iter().filter(|loss| *loss != Loss::Squares && losses.contains(loss));
@@ -93,6 +95,12 @@ impl Joint<'_> {
         all.filter(move |(_, alone)| alone.label == label).map(|(sample, _)| sample)
     }
 
+    /// Returns the column of an unknown that a label's samples estimate.
+    fn column(&self, label: usize, id: Id) -> Option<usize> {
+        let is_free = |column: &usize| self.solution.problem.unknowns[*column].mode == Mode::Free;
+        self.of_label(label).filter_map(|sample| self.solution.column(sample, id)).find(is_free)
+    }
+
     /// Returns a quantity's estimates, their differences, and whether one value is enough.
     fn quantity(&self, quantity: Quantity) -> Compared {
         let (id, is_separate) = (quantity.id(), self.samples.is_separate(quantity));
@@ -114,23 +122,18 @@ impl Joint<'_> {
             let first = determining.first().map_or(self.samples.fitted[0].label, |(label, _)| *label);
             shown = vec![first];
         }
-        let value = |label: usize| {
-            let name = is_separate.then(|| self.samples.labels[label].clone());
-            Value { label: name, ..self.value(label, id, estimates) }
-        };
         let differences = estimates.filter(|_| is_separate);
         Compared {
             quantity,
             shared: !is_separate,
-            estimates: shown.into_iter().map(value).collect(),
+            estimates: shown.into_iter().map(|label| self.value(label, quantity, estimates)).collect(),
             differences: differences.map_or_else(Vec::new, |all| self.differences(&determining, all)),
             same_or_different: self.test(id, &determining),
             left_out,
         }
     }
 
-    /// Returns the column of a quantity that the samples of a label estimate; `None` if they hold
-    /// it.
+    /// Returns the column of a quantity that the samples of a label estimate; `None` if it is held.
     ///
     /// # Errors
     /// Why they do not determine it.
@@ -169,8 +172,8 @@ impl Joint<'_> {
     }
 
     /// Returns the value of an unknown that the samples of a label have.
-    fn value(&self, label: usize, id: Id, estimates: Option<&Estimates>) -> Value {
-        let problem = &self.solution.problem;
+    fn value(&self, label: usize, quantity: Quantity, estimates: Option<&Estimates>) -> Value {
+        let (problem, id) = (&self.solution.problem, quantity.id());
         let fitted = self.column(label, id);
         let held = || self.solution.column(self.of_label(label).next()?, id);
         let value = fitted.or_else(held).map_or(f64::NAN, |column| self.solution.at.state.shared.0[column]);
@@ -181,7 +184,7 @@ impl Joint<'_> {
             [value - half, value + half].map(|end| end.max(low).min(high))
         };
         Value {
-            label: None,
+            label: self.samples.is_separate(quantity).then(|| self.samples.labels[label].clone()),
             estimate: value,
             std_error,
             interval_95: std_error.map(interval),
@@ -227,9 +230,13 @@ impl Joint<'_> {
         };
         let places: Vec<usize> = columns.iter().filter_map(|column| estimates.position(*column)).collect();
         if problem.is_robust() {
-            let values: Vec<f64> = columns.iter().map(|column| at.state.shared.0[*column]).collect();
+            // Wald's statistic: the scatter of the values about their weighted mean
+            let values = columns.iter().map(|column| at.state.shared.0[*column]);
+            let values = DVector::from_iterator(columns.len(), values);
             let covariance = estimates.covariance.select_rows(&places).select_columns(&places);
-            let statistic = wald(&values, &covariance)?;
+            let weights = covariance.cholesky()?.inverse();
+            let weighted = &weights * &values;
+            let statistic = values.dot(&weighted) - weighted.sum().powi(2) / weights.sum();
             return Some(judged(statistic, statistic, WALD));
         }
         let same = merged(&problem, &columns);
@@ -287,8 +294,7 @@ impl Joint<'_> {
     }
 }
 
-/// Returns that the data contradict a shared quantity at the level at which a fit becomes doubtful,
-/// and the estimates that are at a bound.
+/// Returns a shared quantity that the data contradict as doubtful fits do, and estimates at a bound.
 fn find_doubts(Compared { quantity, shared, estimates, same_or_different, .. }: &Compared) -> Vec<Finding> {
     let (quantity, level) = (*quantity, 2.0 * Normal::standard().sf(Policy::default().conflict));
     let p_value = same_or_different.map(|test| test.p_value).filter(|p_value| *shared && *p_value < level);
@@ -300,9 +306,8 @@ fn find_doubts(Compared { quantity, shared, estimates, same_or_different, .. }: 
     not_shared.into_iter().chain(at_bound).collect()
 }
 
-/// Takes errors, differences and tests away if the residuals of a sample or of all refute the model
-/// by the errors that are stated. The sliding friction of the cloth, from the paths after the
-/// impacts, stays.
+/// Takes errors, differences and tests away if residuals refute the model by the errors that are
+/// stated. The sliding friction of the cloth, from the paths after the impacts, stays.
 fn judge(comparison: &mut Comparison) {
     if comparison.noise_estimated || comparison.robust.is_some() {
         return;
@@ -350,37 +355,8 @@ fn merged(problem: &Problem, columns: &[usize]) -> Problem {
         let [p, q] = [a, b].map(|prior| prior.sd.powi(-2));
         problem::Normal { mean: (p * a.mean + q * b.mean) / (p + q), sd: (p + q).sqrt().recip() }
     });
-    for column in columns {
-        let [low, high] = problem.unknowns[*column].bounds;
-        let bounds = &mut same.unknowns[first].bounds;
-        *bounds = [bounds[0].max(low), bounds[1].min(high)];
-    }
+    let bounds = columns.iter().map(|column| problem.unknowns[*column].bounds);
+    let within = |all: [f64; 2], own: [f64; 2]| [all[0].max(own[0]), all[1].min(own[1])];
+    same.unknowns[first].bounds = bounds.fold(problem.unknowns[first].bounds, within);
     same
-}
-
-/// Returns Wald's statistic dᵀV⁻¹d of the differences d of some values from the first value, with
-/// V the covariance of d; `None` of fewer than two, or if an error is missing.
-fn wald(x: &[f64], covariance: &DMatrix<f64>) -> Option<f64> {
-    let count = x.len().checked_sub(1).filter(|count| *count > 0)?;
-    let by = DMatrix::from_fn(count, x.len(), |i, j| f64::from(j == i + 1) - f64::from(j == 0));
-    let d = &by * DVector::from_column_slice(x);
-    let solved = (&by * covariance * by.transpose()).cholesky()?.solve(&d);
-    Some(d.dot(&solved))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The identity holds for independent numbers.
-    #[test]
-    fn wald_is_the_scatter_about_the_weighted_mean() {
-        let (x, sd) = ([0.0_f64, 1.0, 2.0 / 3.0], [1.0_f64, 1.0, 2.0]);
-        let covariance = DMatrix::from_fn(3, 3, |i, j| if i == j { sd[i] * sd[i] } else { 0.0 });
-        let weight: f64 = sd.iter().map(|s| s.powi(-2)).sum();
-        let mean = x.iter().zip(sd).map(|(x, s)| x * s.powi(-2)).sum::<f64>() / weight;
-        let scatter: f64 = x.iter().zip(sd).map(|(x, s)| ((x - mean) / s).powi(2)).sum();
-        let found = wald(&x, &covariance).unwrap();
-        assert!((found - scatter).abs() < 1e-12, "{found} {scatter}");
-    }
 }

@@ -56,16 +56,6 @@ impl<'a> Joint<'a> {
         let solution = Solution::new(problem, Descent { end, ..descent }, covariance, names);
         Ok(Self { samples, tests: Tests::new(&solution), solution })
     }
-
-    /// Returns the column of an unknown that a label's samples estimate.
-    pub fn column(&self, label: usize, id: Id) -> Option<usize> {
-        let own = |sample: usize| {
-            let column = self.solution.column(sample, id)?;
-            let is_free = self.solution.problem.unknowns[column].mode == Mode::Free;
-            (self.samples.fitted[sample].label == label && is_free).then_some(column)
-        };
-        (0..self.samples.fitted.len()).find_map(own)
-    }
 }
 
 /// Returns the best of the ends of descents from one value of κ for all: their mean and that of

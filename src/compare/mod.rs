@@ -27,8 +27,7 @@ use crate::measurement::dataset::Dataset;
 use joint::Joint;
 use samples::Samples;
 
-/// Number of stages of a comparison at most: the samples alone, all together, and a test of each
-/// quantity.
+/// Number of stages at most: the samples alone, all together, and a test of each quantity.
 pub(crate) const STAGES: usize = 2 + Quantity::ALL.len();
 
 /// Why data sets cannot be compared.
@@ -50,7 +49,6 @@ impl CompareError {
     }
 }
 
-/// Refuses a comparison.
 fn refuse<T>(why: String) -> Result<T, CompareError> {
     Err(CompareError::Refused(why))
 }
@@ -77,14 +75,6 @@ pub(crate) fn compare_watched(
         return refuse(format!("{name} is both shared and per data set; expected one of them"));
     }
     for dataset in datasets {
-        let is_film = dataset.tracks.is_some() && !dataset.is_of_discs();
-        let by_same = datasets.iter().filter(|other| other.camera == dataset.camera).count();
-        if dataset.camera.is_some() && by_same > 1 && !is_film {
-            return refuse(format!(
-                "{}: camera names that of another data set, too; expected it of films of balls, whose shots calibrate their camera",
-                dataset.name
-            ));
-        }
         let faults = dataset.faults();
         if !faults.is_empty() {
             return Err(FitError::Invalid { dataset: dataset.name.clone(), faults }.into());

@@ -82,20 +82,6 @@ pub struct Options {
     pub per_dataset: Vec<Quantity>,
 }
 
-impl Options {
-    /// Returns whether a quantity has a value for each label: as asked for, else by what the labels
-    /// can differ in, which are cloths or not. A cloth has no part in what happens between the
-    /// balls.
-    pub(crate) fn is_separate(&self, quantity: Quantity, by_cloth: bool) -> bool {
-        let by_default = match quantity {
-            Quantity::Parameter(Parameter::MuS) | Quantity::Sliding => by_cloth,
-            Quantity::Parameter(Parameter::Mu | Parameter::B) => !by_cloth,
-            Quantity::Parameter(_) => false,
-        };
-        !self.share.contains(&quantity) && (by_default || self.per_dataset.contains(&quantity))
-    }
-}
-
 /// The result of a comparison: a value, which [`crate::report`] renders.
 #[derive(Clone, Debug)]
 pub struct Comparison {
@@ -104,15 +90,12 @@ pub struct Comparison {
     pub(crate) told_by: String,
     /// The fidelity that was asked for; `None`: chosen by the data.
     pub(crate) fidelity: Option<Fidelity>,
-    /// The samples, in the order of the data sets and their labels.
     pub(crate) samples: Vec<SampleSummary>,
     pub(crate) quantities: Vec<Compared>,
-    /// The minimum of the joint fit.
     pub(crate) solution: Arc<Solution>,
     pub(crate) noise_estimated: bool,
     /// How robust losses weighted the shots, if data sets have any.
     pub(crate) robust: Option<Robust>,
-    /// The findings, the most important first.
     pub(crate) findings: Vec<Finding>,
 }
 
@@ -124,8 +107,7 @@ impl Comparison {
         Grade::of(self.findings.iter().map(Finding::severity).max()).max(least)
     }
 
-    /// Returns whether the data rule out the model, so that only what does not rest on it has
-    /// errors.
+    /// Returns whether the data rule out the model: only what does not rest on it has errors.
     pub fn is_refuted(&self) -> bool {
         self.findings.iter().any(|finding| matches!(finding, Finding::Refuted { .. }))
     }
@@ -136,7 +118,7 @@ impl Comparison {
     }
 
     /// Returns the residuals of the joint fit, each with its sample.
-    pub(crate) fn residuals(&self) -> impl Iterator<Item = (&SampleSummary, &Residual)> {
+    pub(crate) fn residuals(&self) -> impl Iterator<Item = (&SampleSummary, &Residual)> + Clone {
         self.samples.iter().flat_map(|sample| sample.residuals.iter().map(move |own| (sample, own)))
     }
 }
@@ -177,17 +159,9 @@ pub(crate) struct SampleSummary {
     pub(crate) residuals: Vec<Residual>,
 }
 
-impl SampleSummary {
-    /// Returns the name of a residual's shot in reports.
-    pub(crate) fn shot_name(&self, residual: &Residual) -> String {
-        format!("{}, {}", self.title, residual.shot)
-    }
-}
-
 /// One quantity compared over all labels.
 #[derive(Clone, Debug)]
 pub(crate) struct Compared {
-    /// The quantity.
     pub(crate) quantity: Quantity,
     /// Whether it has one value for all, and not one for each label.
     pub(crate) shared: bool,
@@ -247,15 +221,8 @@ pub(crate) struct Difference {
     pub(crate) real: bool,
 }
 
-impl Difference {
-    /// The probability of error that is accepted.
-    pub(crate) const LEVEL: f64 = 0.05;
-}
-
-/// The ratio of the likelihoods.
+/// The test by likelihoods, and the one by errors from the scatter of the shots of a robust loss.
 pub(super) const RATIO: &str = "likelihood ratio";
-/// The differences with their errors from the scatter of the shots, if a robust loss leaves no
-/// likelihood.
 pub(super) const WALD: &str = "Wald statistic";
 
 /// A test of one value for all against one for each label.
@@ -284,12 +251,8 @@ pub(crate) struct LikelihoodRatio {
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub(crate) enum Finding {
     /// The data rule the model out: the estimates have no errors, and differences are not judged.
-    Refuted {
-        /// Indices of the samples whose own residuals do, with their χ² per degree of freedom.
-        samples: Vec<(usize, f64)>,
-        /// χ² per degree of freedom of all.
-        reduced_chi2: f64,
-    },
+    /// With χ² per degree of freedom of all, and of the samples whose own residuals do.
+    Refuted { samples: Vec<(usize, f64)>, reduced_chi2: f64 },
     /// The descent did not end at a minimum.
     NotConverged,
     /// The data do not determine all unknowns together: there are no errors.
@@ -297,35 +260,18 @@ pub(crate) enum Finding {
     /// The fit of one sample alone found this.
     OfSample {
         sample: usize,
-        /// How far the finding affects the trust in the sample.
         #[serde(skip)]
         severity: Severity,
         sentence: String,
     },
-    /// The data contradict that a shared quantity is the same for all labels.
-    NotShared {
-        quantity: Quantity,
-        /// Probability of such a contradiction by chance.
-        p_value: f64,
-    },
-    AtBound {
-        quantity: Quantity,
-        /// Its label; `None` if it is shared.
-        label: Option<String>,
-        bound: f64,
-    },
-    /// A contact that is compliant along its surface was adopted for all samples together.
-    Compliance {
-        /// Decrease of −2 log L.
-        fall: f64,
-    },
-    /// Mass ratios that the labels do not share make up most of the error of a difference.
-    MassRatios {
-        quantity: Quantity,
-        std_error: f64,
-        /// Its part from the mass ratios.
-        part: f64,
-    },
+    /// The data contradict, by chance with this probability, that a quantity is the same for all.
+    NotShared { quantity: Quantity, p_value: f64 },
+    /// The value of a label, or of all, is at a bound.
+    AtBound { quantity: Quantity, label: Option<String>, bound: f64 },
+    /// A compliant contact was adopted for all samples; `fall` is the decrease of −2 log L.
+    Compliance { fall: f64 },
+    /// Mass ratios that the labels do not share make up most of the error of a difference: a part.
+    MassRatios { quantity: Quantity, std_error: f64, part: f64 },
 }
 
 impl Finding {
@@ -352,7 +298,6 @@ pub(crate) enum Reason {
     Sticks,
     /// Its observations do not depend on the quantity.
     Independent,
-    /// The standard error is larger than the distance of the bounds, or χ² does not depend on it at
-    /// the best fit.
+    /// Its standard error is larger than its bounds are apart, or χ² does not depend on it.
     Uncertain,
 }

@@ -13,7 +13,7 @@ use crate::fit::film_words::sentence;
 use crate::fit::{self, Depth, Fit, FitError, words_of};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::number::count_of;
-use crate::measurement::parameter::{Compliance, Settings};
+use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::problem::own as place;
 use crate::problem::{
     Block, Finding as OfFit, Id, Mode, Own, Problem, Sample, Severity, Shared, Solution, State, Unknown,
@@ -119,8 +119,9 @@ impl<'a> Samples<'a> {
                 for finding in &solution.findings {
                     // what all samples determine together is said of their joint fit
                     let is_of_all = matches!(finding, OfFit::Compliance { .. });
-                    let sentence = sentence(finding, frames.as_ref()).filter(|_| !is_of_all);
-                    sentence.into_iter().for_each(|sentence| add(finding.severity(), sentence));
+                    if let Some(sentence) = sentence(finding, frames.as_ref()).filter(|_| !is_of_all) {
+                        add(finding.severity(), sentence);
+                    }
                 }
                 if let Some(scatter) = scatter.filter(|scatter| scatter.is_estimated) {
                     add(Severity::Note, words_of("scatter", Values::from(Serde(scatter))) + ".");
@@ -138,14 +139,20 @@ impl<'a> Samples<'a> {
         Ok(())
     }
 
-    /// Returns whether a quantity has a column for each label.
+    /// Returns whether a quantity has a column for each label: as asked for, else by what the labels
+    /// can differ in. A cloth has no part in what happens between the balls.
     pub(crate) fn is_separate(&self, quantity: Quantity) -> bool {
-        self.options.is_separate(quantity, self.by_cloth)
+        let by_default = match quantity {
+            Quantity::Parameter(Parameter::MuS) | Quantity::Sliding => self.by_cloth,
+            Quantity::Parameter(Parameter::Mu | Parameter::B) => !self.by_cloth,
+            Quantity::Parameter(_) => false,
+        };
+        let Options { share, per_dataset, .. } = self.options;
+        !share.contains(&quantity) && (by_default || per_dataset.contains(&quantity))
     }
 }
 
-/// Ratio of lengths in two films, less 1, beyond which they are not by one camera that was not
-/// moved.
+/// Ratio of lengths in two films, less 1, beyond which their camera was another one, or moved.
 const OTHER_CAMERA: f64 = 0.1;
 
 /// An unknown, and the samples that share it: those of the same number, and value if they hold it.
@@ -193,8 +200,7 @@ impl Samples<'_> {
         Ok((problem, State { own, shared }))
     }
 
-    /// Returns what distinguishes the columns of an unknown: samples with the same number share
-    /// one.
+    /// Returns the number of a column of an unknown, which samples with the same number share.
     fn number(&self, id: Id, alone: &Alone) -> usize {
         if let Some(quantity) = Quantity::ALL.into_iter().find(|quantity| quantity.id() == id) {
             return if self.is_separate(quantity) { alone.label } else { 0 };
@@ -212,8 +218,7 @@ impl Samples<'_> {
         }
     }
 
-    /// Returns what a sample knows of an unknown; all samples together decide whether the contact is
-    /// compliant.
+    /// Returns what a sample knows of an unknown; all decide together if the contact is compliant.
     fn unknown(&self, id: Id, alone: &Alone) -> Unknown {
         let unknown = *alone.solution.problem.unknown(id);
         let is_auto = alone.settings.compliance == Compliance::Auto && self.options.fidelity.is_none();
@@ -249,8 +254,7 @@ impl Samples<'_> {
         Unknown { prior: all.prior.filter(|_| !is_contradicted), ..all }
     }
 
-    /// Returns the first sample of the table that a sample is of: labels of one table have its
-    /// noise.
+    /// Returns the first sample of the table that a sample is of, which have one noise.
     fn find_table(&self, alone: &Alone, block: &Block, samples: &[Sample]) -> Option<usize> {
         let Block::Rows(own) = block else { return None };
         let is_of_table = |(other, sample): (&Alone, &Sample)| {
@@ -270,6 +274,12 @@ impl Samples<'_> {
     fn in_common_picture(&self, alone: &Alone) -> Result<(Block, Vec<Own>), CompareError> {
         let (own, first) = (&alone.solution, self.first_film(alone));
         let of_first = &first.solution;
+        if first.film != alone.film && [own, of_first].iter().any(|of| of.problem.film().is_none()) {
+            return refuse(format!(
+                "{}: camera names that of another data set, too; expected it of films of balls, whose shots calibrate their camera",
+                alone.dataset.name
+            ));
+        }
         let factor = of_first.unit / own.unit;
         let lengths = own.value(Id::Scale) * factor / of_first.value(Id::Scale);
         if (lengths - 1.0).abs() > OTHER_CAMERA {

@@ -3,8 +3,6 @@
 use nalgebra::DMatrix;
 
 use super::{DiscImpact, Estimate, Explanation, Fit, FoundCamera, Noise, Rejected, film_words};
-use crate::measurement::correction::Correction;
-use crate::measurement::dataset::Measured;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::written::written_by_name;
@@ -17,8 +15,7 @@ impl Fit {
         self.group.as_ref().map(|(_, label)| label.as_str())
     }
 
-    /// Returns the estimates of the parameters that the fit has, in the order of
-    /// [`Parameter::ALL`](crate::measurement::parameter::Parameter::ALL).
+    /// Returns the estimates, in the order of [`Parameter::ALL`].
     pub fn estimates(&self) -> &[Estimate] {
         &self.estimates
     }
@@ -28,8 +25,7 @@ impl Fit {
         self.chi2
     }
 
-    /// Returns −2 log L at the minimum up to a constant, greatest over the noises that are not
-    /// stated.
+    /// Returns −2 log L at the minimum up to a constant, greatest over noises that are not stated.
     pub fn minus_two_log(&self) -> f64 {
         self.solution.minus_two_log().0
     }
@@ -49,8 +45,7 @@ impl Fit {
         if self.converged() { "χ² has settled" } else { "too many steps" }
     }
 
-    /// Returns causes of residuals that the equations or the stated numbers leave, which the
-    /// estimates include, the best first.
+    /// Returns causes of residuals that the estimates include, the best first.
     pub(crate) fn explanations(&self) -> Vec<Explanation> {
         film_words::explanations(&self.solution, self.frames.as_ref())
     }
@@ -81,8 +76,7 @@ impl Fit {
         self.camera.as_ref()
     }
 
-    /// The estimate of a parameter; `None` for one that the fit does not have, such as b if the
-    /// friction is constant.
+    /// Returns the estimate of a parameter, if the fit has it.
     pub fn get(&self, parameter: Parameter) -> Option<&Estimate> {
         self.estimates.iter().find(|estimate| estimate.parameter == parameter)
     }
@@ -107,8 +101,7 @@ impl Fit {
         self.estimates.iter().filter(|estimate| !estimate.parameter.is_of_balls())
     }
 
-    /// Returns the range of values of a parameter on which χ² does not depend, as that of μ if
-    /// every shot sticks: from the estimate to a bound.
+    /// Returns the range, from the estimate to a bound, of values on which χ² does not depend.
     pub(crate) fn plateau(&self, parameter: Parameter) -> Option<[f64; 2]> {
         let own = self.get(parameter)?;
         let is_known = !self.is_refuted() && !self.noise.iter().any(Noise::is_unknown);
@@ -116,8 +109,7 @@ impl Fit {
         is_flat.then(|| [own.value, self.solution.bounds(Id::from(parameter))[1]])
     }
 
-    /// The covariance of the estimates, a row and a column for each of [`Fit::estimates`]: NaN for
-    /// those without a standard error.
+    /// Returns the covariance of [`Fit::estimates`], NaN for those without a standard error.
     pub fn covariance(&self) -> DMatrix<f64> {
         let error = |i: usize| self.estimates[i].std_error.unwrap_or(f64::NAN);
         let count = self.estimates.len();
@@ -132,42 +124,16 @@ impl Fit {
         if self.frames.is_some() { Counted::Coordinates } else { Counted::of(observables) }
     }
 
-    /// How the data were fitted, as in fit.json: all frames at once, or measured impacts and angles
-    /// directly.
+    /// Returns how the data were fitted: all frames at once, or measured impacts and angles directly.
     pub fn method_name(&self) -> &'static str {
         if self.frames.is_some() || self.discs.is_some() { "joint" } else { "direct" }
     }
 }
 
 impl Estimate {
-    /// Returns the ends of the range in which χ², least over all other parameters, is below that of
-    /// the 95 % interval.
+    /// Returns the range in which χ², least over all others, is below that of the interval.
     pub fn profile(&self) -> Option<[f64; 2]> {
         self.intervals.profile
-    }
-}
-
-impl FoundCamera {
-    /// Returns a correction that was free, as a correction of what the data set states, in the unit
-    /// that [`Correction::words`] names.
-    pub fn found(&self, which: Correction) -> Option<Measured> {
-        let found = self.corrections.iter().find(|found| found.which == which)?;
-        Some(Measured::new(found.value, found.std_error))
-    }
-
-    /// Returns the middle of the film, x and y in m, from which the corrections count.
-    pub fn middle(&self) -> [f64; 2] {
-        self.middle
-    }
-
-    /// Returns the unit of the film in m; 1 if the stated one was right to a tenth.
-    pub fn unit(&self) -> f64 {
-        self.unit
-    }
-
-    /// Returns whether the corrections converged.
-    pub fn converged(&self) -> bool {
-        self.converged
     }
 }
 
@@ -207,17 +173,15 @@ worded! {
 written_by_name!(Counted);
 
 impl Counted {
-    /// The kind of some observables.
-    pub(crate) fn of<'a>(observables: impl Iterator<Item = &'a Observable>) -> Self {
-        let mut kind = Self::Angles;
-        for observable in observables {
-            if Observable::IMPACTS.contains(observable) {
-                return Self::Velocities;
-            }
-            if Observable::DISCS.contains(observable) {
-                kind = Self::Impulses;
-            }
+    /// Returns the kind of some observables.
+    pub(crate) fn of<'a>(observables: impl Iterator<Item = &'a Observable> + Clone) -> Self {
+        let has = |kind: &[Observable]| observables.clone().any(|observable| kind.contains(observable));
+        if has(&Observable::IMPACTS) {
+            Self::Velocities
+        } else if has(&Observable::DISCS) {
+            Self::Impulses
+        } else {
+            Self::Angles
         }
-        kind
     }
 }

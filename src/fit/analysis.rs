@@ -1,12 +1,13 @@
 //! Everything from a data set as it was loaded to its fits, as `caromfit fit` does it.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Instant;
 
 use super::camera::FoundCamera;
-use super::error::Request;
 use super::film::FittedFilm;
-use super::{Fit, FitError, Options, film_words, notes, of_discs, of_film, of_rows};
+use super::request::Request;
+use super::{Fit, FitError, Options, film_words, of_discs, of_film, of_rows};
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::measurement::track::TrackShot;
 use crate::problem::{
@@ -47,22 +48,17 @@ pub fn fit_watched(
         part.settings = options.falling.applied(part.settings);
         let group = dataset.by.clone().zip(label);
         let request = Request { dataset: &part, group: group.as_ref(), options, done };
-        let mut fit = match film_of(&part) {
-            Some(Film::Balls) => of_film::fit(request)?,
-            Some(Film::Discs) => of_discs::fit(request)?,
-            None => of_rows::fit(request)?,
+        let fit = match is_filmed(&part) {
+            true if part.is_of_discs() => of_discs::fit(request)?,
+            true => of_film::fit(request)?,
+            false => of_rows::fit(request)?,
         };
-        let with_error = fit.estimates.iter().filter(|estimate| estimate.std_error.is_some());
-        let with_error: Vec<Id> = with_error.map(|estimate| Id::from(estimate.parameter)).collect();
-        fit.budget.retain(|budget| with_error.contains(&budget.id));
         fits.push(Fit { seconds: begun.elapsed().as_secs_f64(), ..fit });
     }
     Ok(fits)
 }
 
-/// Returns the parts of a data set with the label of its `[fit] by` that each has, in the order in
-/// which these first appear; `None` is that of a data set that is fitted as a whole, or has no
-/// shots.
+/// Returns the parts of a data set, each with its label of `[fit] by`; one without a label is whole.
 pub(crate) fn parts(dataset: &Dataset) -> Vec<(Option<String>, Dataset)> {
     let mut labels: Vec<String> = Vec::new();
     if let Some(by) = &dataset.by {
@@ -93,19 +89,9 @@ pub(crate) fn parts(dataset: &Dataset) -> Vec<(Option<String>, Dataset)> {
     labels.into_iter().map(part).collect()
 }
 
-/// The contents of a film whose impacts are to be found.
-enum Film {
-    Balls,
-    Discs,
-}
-
-/// Returns what the frames of a data set show; `None` if its impacts are known.
-fn film_of(dataset: &Dataset) -> Option<Film> {
-    let tracks = dataset.tracks.as_ref().filter(|_| dataset.shots.is_empty())?;
-    match tracks.discs {
-        Some(_) => Some(Film::Discs),
-        None => (!tracks.shots.is_empty()).then_some(Film::Balls),
-    }
+/// Returns whether the impacts of a data set are to be found in its frames.
+fn is_filmed(dataset: &Dataset) -> bool {
+    dataset.shots.is_empty() && (dataset.is_of_discs() || !dataset.names().is_empty())
 }
 
 /// Returns a data set with what its frames show independently of the law of the impact: of a film
@@ -115,15 +101,13 @@ pub fn extract(dataset: Dataset) -> Dataset {
     with_impacts(dataset, &|| ()).0
 }
 
-/// Returns a data set with what its frames show independently of the law of the impact: of a film
-/// of balls the impacts, with the fit of the film; of one of discs the shots that can be used. What
-/// was found on the way is among its notes, shots without an impact are left out. Other data are
-/// returned as they are.
+/// Returns what [`extract`] does, with findings among its notes, and the fit of a film of balls.
 pub(crate) fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset, Option<FittedFilm>) {
-    match film_of(&dataset) {
-        Some(Film::Balls) => {}
-        Some(Film::Discs) => return (with_usable_discs(dataset), None),
-        None => return (dataset, None),
+    if !is_filmed(&dataset) {
+        return (dataset, None);
+    }
+    if dataset.is_of_discs() {
+        return (with_usable_discs(dataset), None);
     }
     let modelling = Modelling::of(&dataset);
     let solution = match fit_film(&dataset, &modelling, &Policy::default()) {
@@ -137,7 +121,7 @@ pub(crate) fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (D
     let impacts = film.impacts();
     let findings = film.solution.findings.iter();
     let sentences = findings.filter_map(|finding| film_words::sentence(finding, Some(&film)));
-    let spins = notes::unknown_spins(&film).map(|remark| remark.sentence);
+    let spins = film_words::unknown_spins(&film).map(|remark| remark.sentence);
     let sentences: Vec<String> = sentences.chain(spins).collect();
     dataset.left_out.extend(film.solution.left_out.iter().cloned());
     let measured = |id| film.shared(id).map(|(value, sd)| Measured::new(value, sd));
@@ -173,6 +157,7 @@ pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
         }
     };
     dataset.left_out.extend(solution.left_out.iter().cloned());
+    let solution = Arc::new(solution);
     let camera = FoundCamera::of_film(&solution);
     let mut shots = Vec::new();
     if let Some(tracks) = &mut dataset.tracks {
@@ -183,7 +168,9 @@ pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
         let findings = solution.findings.iter();
         tracks.notes.extend(findings.filter_map(|finding| film_words::sentence(finding, None)));
         tracks.notes.extend(camera.sentence());
-        tracks.notes.extend(notes::of_discs(&solution, &shots).into_iter().map(|remark| remark.sentence));
+        tracks
+            .notes
+            .extend(film_words::of_discs(&solution, &shots).into_iter().map(|remark| remark.sentence));
     }
     ExtractedDiscs { dataset, shots, camera: Some(camera) }
 }
@@ -224,7 +211,7 @@ fn with_usable_discs(dataset: Dataset) -> Dataset {
             }
         }
     }
-    let unseen = notes::of_shots("measured/unseen-rotation", unseen, tracks.shots.len());
+    let unseen = film_words::of_shots("measured/unseen-rotation", unseen, tracks.shots.len());
     tracks.notes.extend(unseen.map(|remark| remark.sentence));
     let knows_rate = tracks.discs.is_none_or(|discs| discs.in_seconds);
     let unit = if knows_rate { "" } else { " The frame rate is unknown: velocities are in m per frame." };

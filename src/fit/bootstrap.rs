@@ -5,9 +5,10 @@
 
 use rayon::prelude::*;
 use schemars::JsonSchema;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
+use super::goodness::by_parameter;
 use crate::measurement::parameter::Parameter;
 use crate::problem::{Id, ShotInfluence, Solution};
 
@@ -24,18 +25,12 @@ pub(crate) struct Bootstrap {
     /// Results by the name of the parameter, in its unit.
     #[serde(rename = "parameters", serialize_with = "by_parameter")]
     #[schemars(with = "std::collections::BTreeMap<String, Resampled>")]
-    pub(crate) estimates: Vec<Resampled>,
-}
-
-fn by_parameter<S: Serializer>(estimates: &[Resampled], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(estimates.iter().map(|one| (one.parameter, one)))
+    pub(crate) estimates: Vec<(Parameter, Resampled)>,
 }
 
 /// A parameter over the samples of a bootstrap.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Resampled {
-    #[serde(skip)]
-    pub(crate) parameter: Parameter,
     /// Standard deviation of the estimates.
     pub(crate) std_error: f64,
     /// Mean of the estimates less the estimate of all shots.
@@ -74,13 +69,13 @@ pub(in crate::fit) fn draw(
             changes.iter().find(|(of, _)| of == id).map(|(_, by)| *by)
         };
         let jackknife: Vec<f64> = influence.iter().map(|shot| change(shot).unwrap_or(0.0)).collect();
-        summary(*parameter, &values, solution.value(*id), &jackknife)
+        Some((*parameter, summary(&values, solution.value(*id), &jackknife)?))
     });
     Bootstrap { replicates, seed, failed, estimates: estimates.collect() }
 }
 
 /// Summarises sorted replicates; `None` with fewer than two.
-fn summary(parameter: Parameter, sorted: &[f64], estimate: f64, jackknife: &[f64]) -> Option<Resampled> {
+fn summary(sorted: &[f64], estimate: f64, jackknife: &[f64]) -> Option<Resampled> {
     let n = sorted.len() as f64;
     if sorted.len() < 2 {
         return None;
@@ -103,7 +98,7 @@ fn summary(parameter: Parameter, sorted: &[f64], estimate: f64, jackknife: &[f64
         let z = z0 + normal.inverse_cdf(part);
         quantile(sorted, normal.cdf(z0 + z / (1.0 - acceleration * z)))
     });
-    Some(Resampled { parameter, std_error, bias: mean - estimate, percentile, bca })
+    Some(Resampled { std_error, bias: mean - estimate, percentile, bca })
 }
 
 /// Interpolated between neighbours.
@@ -120,7 +115,7 @@ mod tests {
     #[test]
     fn symmetric_replicates_need_no_correction() {
         let values: Vec<f64> = (-500..=500).map(|i| f64::from(i) / 500.0).collect();
-        let found = summary(Parameter::Mu, &values, 0.0, &[-0.1, 0.1, 0.0]).unwrap();
+        let found = summary(&values, 0.0, &[-0.1, 0.1, 0.0]).unwrap();
         assert!((found.percentile[1] - 0.95).abs() < 1e-12 && found.bias.abs() < 1e-12);
         assert!((found.bca[0] + 0.95).abs() < 1e-9 && (found.bca[1] - 0.95).abs() < 1e-9);
     }
@@ -130,7 +125,7 @@ mod tests {
         let values: Vec<f64> = (-500..=500).map(|i| f64::from(i) / 500.0).collect();
         // a shot that raises the estimate much: leaving it out lowers it, and the interval reaches
         // further up
-        let found = summary(Parameter::Mu, &values, 0.0, &[-0.5, 0.1, 0.1, 0.1, 0.1, 0.1]).unwrap();
+        let found = summary(&values, 0.0, &[-0.5, 0.1, 0.1, 0.1, 0.1, 0.1]).unwrap();
         assert!(found.bca[0] > found.percentile[0] && found.bca[1] > found.percentile[1], "{found:?}");
     }
 }

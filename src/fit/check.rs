@@ -1,10 +1,11 @@
 //! Suspicions about a data set, without a fit. Plain errors were reported when it was loaded.
 
+use minijinja::{Value as Values, context};
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
+use super::film_words::words_of;
 use crate::measurement::dataset::{Before, Dataset, Measured, Shot};
-use crate::measurement::number::{count_of, with_error};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
@@ -26,8 +27,7 @@ const RADII: [f64; 2] = [0.015, 0.037];
 /// table of treated balls (Alciatore 2014); more than this is another line.
 const MOST_THROW_DEG: f64 = 20.0;
 
-/// Published sliding frictions of a ball on a cloth lie between 0.15 and 0.4; these limits leave
-/// room for others.
+/// Limits of the sliding friction of a cloth; published values lie between 0.15 and 0.4.
 const SLIDING: [f64; 2] = [0.1, 0.5];
 
 /// Number of standard errors beyond which a friction is outside of its limits.
@@ -56,6 +56,12 @@ pub struct Finding {
     pub text: String,
 }
 
+impl Finding {
+    fn new(shot: Option<&Shot>, kind: &'static str, values: Values) -> Self {
+        Self { shot: shot.map(|shot| shot.name.clone()), kind, text: words_of(kind, values) }
+    }
+}
+
 fn suspicious_kind<S: Serializer>(kind: &str, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_bool(kind != ADVICE)
 }
@@ -65,11 +71,9 @@ fn suspicious_kind<S: Serializer>(kind: &str, serializer: S) -> Result<S::Ok, S:
 pub fn check(dataset: &Dataset) -> Vec<Finding> {
     let shots: Vec<&Shot> = dataset.shots.iter().collect();
     let mut found = suspicious(dataset, &shots, dataset.sliding);
-    let advice = advice(dataset).into_iter();
-    found.extend(advice.map(|text| Finding { shot: None, kind: ADVICE, text }));
+    found.extend(advice(dataset));
     for shot in shots.iter().filter(|shot| shot.spin == Spin::Unknown) {
-        let text = "its spin is unknown: it cannot be fitted".to_owned();
-        found.push(Finding { shot: Some(shot.name.clone()), kind: "unknown spin", text });
+        found.push(Finding::new(Some(shot), "unknown spin", context! {}));
     }
     let place = |name: &String| dataset.shots.iter().position(|shot| shot.name == *name);
     found.sort_by_key(|finding| finding.shot.as_ref().map(place));
@@ -82,28 +86,19 @@ pub(crate) fn suspicious(dataset: &Dataset, shots: &[&Shot], sliding: Option<Mea
     if dataset.is_of_discs() {
         return Vec::new();
     }
-    let mut of_all = Vec::new();
-    let (radius, [small, large]) = (dataset.ball.radius, RADII);
-    if !(small..=large).contains(&radius) {
-        of_all.push(("radius", format!(
-            "the radius is {radius} m: billiard balls have {small} to {large} m (pool 0.028575, carom 0.03075, snooker 0.02625)"
-        )));
+    let mut found = Vec::new();
+    let (radius, limits) = (dataset.ball.radius, RADII);
+    if !(limits[0]..=limits[1]).contains(&radius) {
+        let radius = radius.to_string();
+        found.push(Finding::new(None, "radius", context! { radius, limits }));
     }
     if let Some(Measured { value, sd: Some(sd) }) = sliding
         && (value + OUTSIDE_ERRORS * sd < SLIDING[0] || value - OUTSIDE_ERRORS * sd > SLIDING[1])
     {
-        of_all.push(("sliding", format!(
-            "the paths after the impacts show that the cloth's sliding friction is {}, where 0.2 is typical: the spin of the cue \
-             balls (cue_spin), the scale or the times may not be as stated",
-            with_error(value, sd)
-        )));
+        found.push(Finding::new(None, "sliding", context! { value, sd }));
     }
-    let of_all = of_all.into_iter().map(|(kind, text)| Finding { shot: None, kind, text });
-    let of_shots = shots.iter().flat_map(|shot| {
-        let found = of_shot(shot).into_iter();
-        found.map(|(kind, text)| Finding { shot: Some(shot.name.clone()), kind, text })
-    });
-    of_all.chain(of_shots).collect()
+    found.extend(shots.iter().flat_map(|shot| of_shot(shot)));
+    found
 }
 
 /// Returns findings as warnings, each kind once: sentences.
@@ -130,24 +125,36 @@ pub(crate) fn warnings(found: &[Finding], shots: usize) -> Vec<String> {
 }
 
 /// Returns what is good to know before a fit.
-fn advice(dataset: &Dataset) -> Vec<String> {
+fn advice(dataset: &Dataset) -> Vec<Finding> {
     let mut all = Vec::new();
-    let usable = dataset.count_usable();
-    if (1..FEW_SHOTS).contains(&usable) {
-        all.push(format!("{} can be used: too few to show how noisy they are", count_of(usable, "shot")));
+    let few = dataset.count_usable();
+    if (1..FEW_SHOTS).contains(&few) {
+        all.push(context! { few });
     }
     if !dataset.is_of_discs() {
-        all.extend(Parameter::COEFFICIENTS.into_iter().filter_map(|own| undetermined(dataset, own)));
+        let open = Parameter::COEFFICIENTS.into_iter().filter(|own| is_undetermined(dataset, *own));
+        all.extend(open.map(|own| {
+            let (parameter, initial) = (own.name(), dataset.settings[own].initial.to_string());
+            context! { parameter, initial }
+        }));
     }
-    all.extend(noise(dataset));
-    all
+    let mut unstated: Vec<&str> = Vec::new();
+    for row in dataset.shots.iter().flat_map(|shot| &shot.after) {
+        let name = row.observable.column();
+        if row.measured.sd.is_none() && !unstated.contains(&name) {
+            unstated.push(name);
+        }
+    }
+    if !unstated.is_empty() {
+        all.push(context! { unstated });
+    }
+    all.into_iter().map(|values| Finding::new(None, ADVICE, values)).collect()
 }
 
-/// Returns that no observation depends on a parameter.
-fn undetermined(dataset: &Dataset, parameter: Parameter) -> Option<String> {
+/// Returns whether no observation depends on a parameter.
+fn is_undetermined(dataset: &Dataset, parameter: Parameter) -> bool {
     /// Part of the initial value at which something else is predicted if it depends on it.
     const OTHER: f64 = 0.9;
-    let setting = &dataset.settings[parameter];
     let model = dataset.model(Fidelity::Full);
     let mut other = dataset.settings;
     other[parameter].initial *= OTHER;
@@ -156,87 +163,42 @@ fn undetermined(dataset: &Dataset, parameter: Parameter) -> Option<String> {
             [&dataset.settings, &other].map(|settings| predict(shot, &model, &settings.coefficients()));
         here.is_ok_and(|here| there.is_ok_and(|there| there.values != here.values))
     };
-    if setting.fixed || dataset.shots.is_empty() || dataset.shots.iter().any(depends) {
-        return None;
-    }
-    let why = match parameter {
-        Parameter::Mu => {
-            "every shot is without slip between the balls, or only what does not depend on it is measured"
-        }
-        Parameter::MuS => "no shot has topspin, so the cloth never carries the object ball",
-        _ => "no speed after the impact is measured",
-    };
-    let symbol = parameter.symbol();
-    Some(format!("these shots do not determine {symbol}: {why}; it will be left at {}", setting.initial))
+    let is_fixed = dataset.settings[parameter].fixed;
+    !is_fixed && !dataset.shots.is_empty() && !dataset.shots.iter().any(depends)
 }
 
-/// Returns the observables whose noise is not stated.
-fn noise(dataset: &Dataset) -> Option<String> {
-    let mut names: Vec<&str> = Vec::new();
-    for row in dataset.shots.iter().flat_map(|shot| &shot.after) {
-        let name = row.observable.column();
-        if row.measured.sd.is_none() && !names.contains(&name) {
-            names.push(name);
-        }
-    }
-    (!names.is_empty()).then(|| {
-        format!(
-            "no standard deviations for {}: they will be estimated from the residuals, and the fit cannot be tested",
-            names.join(", ")
-        )
-    })
-}
-
-/// Returns what is suspicious about a shot: kinds and clauses.
-fn of_shot(shot: &Shot) -> Vec<(&'static str, String)> {
+/// Returns what is suspicious about a shot.
+fn of_shot(shot: &Shot) -> Vec<Finding> {
     let value = |observable| shot.after.iter().find(|m| m.observable == observable).map(|m| m.measured.value);
     let velocity = |ball: fn(Axis) -> Observable| Some([value(ball(Axis::X))?, value(ball(Axis::Y))?]);
     let size = |[x, y]: [f64; 2]| x.hypot(y);
     let mut found = Vec::new();
-    let mut add = |is_wrong: bool, kind, text: String| found.extend(is_wrong.then_some((kind, text)));
+    let mut add = |is_wrong: bool, kind, values: Values| {
+        found.extend(is_wrong.then(|| Finding::new(Some(shot), kind, values)));
+    };
     let speed = match shot.before {
         Before::Impact { velocity, .. } => Some(size(velocity.map(|v| v.value))),
         Before::Angle { speed, .. } => speed.map(|speed| speed.value),
     };
     if let Some(speed) = speed {
         let [slow, fast] = SPEEDS;
-        add(
-            speed > fast,
-            "fast",
-            format!(
-                "the cue ball comes at {speed:.1} m/s, faster than any break: the frame rate or the scale may be wrong"
-            ),
-        );
-        add(
-            speed < slow,
-            "slow",
-            format!("the cue ball comes at {speed:.2} m/s: below {slow} m/s the model leaves too much out"),
-        );
+        add(speed > fast, "fast", context! { speed });
+        add(speed < slow, "slow", context! { speed, slow });
     }
     let Before::Impact { normal, .. } = shot.before else {
         let ratio = value(Observable::ObjectSpeedRatio).unwrap_or(0.0);
-        let text = format!("the object ball leaves {ratio:.2} times as fast as the cue ball came");
-        add(ratio > MOST_RATIO, "speed ratio", text);
+        add(ratio > MOST_RATIO, "speed ratio", context! { ratio });
         let throw = value(Observable::Throw).unwrap_or(0.0).to_degrees();
-        let text = format!("a throw of {throw:.1}° is more than friction gives");
-        add(throw.abs() > MOST_THROW_DEG, "throw", text);
+        add(throw.abs() > MOST_THROW_DEG, "throw", context! { throw });
         return found;
     };
     let Some([x, y]) = velocity(Observable::ObjectVelocity) else { return found };
     let [nx, ny] = normal.map(|n| n.value);
     let off = (nx * y - ny * x).atan2(nx * x + ny * y).to_degrees();
-    add(
-        off.abs() > MOST_THROW_DEG,
-        "direction",
-        format!(
-            "the object ball leaves {off:.0}° off the line of centres: the balls or the axes may be mixed up"
-        ),
-    );
+    add(off.abs() > MOST_THROW_DEG, "direction", context! { off });
     if let Some((cue, before)) = velocity(Observable::CueVelocity).zip(speed) {
         let ratio = (size([x, y]).powi(2) + size(cue).powi(2)) / (before * before);
-        let text =
-            format!("the balls have {ratio:.2} times the cue ball's energy of motion after the impact");
-        add(ratio > MOST_RATIO, "energy", text);
+        add(ratio > MOST_RATIO, "energy", context! { ratio });
     }
     found
 }

@@ -7,16 +7,15 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use super::bootstrap::{self, Bootstrap};
-use super::deviations::residuals;
-use super::error::{Request, rejected};
+use super::deviations::{IMPROBABLE, residuals, whiten};
 use super::goodness::normality_of;
-use super::trends::IMPROBABLE;
+use super::regions::contours;
+use super::request::{Request, rejected};
 use super::{
-    Computed, Counted, Diagnostics, Estimate, Fit, Goodness, Identifiability, Influence, Noise, NoiseVerdict,
-    Options, Rejected, Residual, Robust, Trend, Weight,
+    Computed, Counted, Depth, Diagnostics, Estimate, Fit, Goodness, Identifiability, Influence, Noise,
+    NoiseVerdict, Options, Rejected, Residual, Robust, Trend, Weight,
 };
 use crate::measurement::loss::Loss;
-use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::physics::collision::Fidelity;
 use crate::problem::{Deviations, Estimates, Finding, Id, ShotInfluence, Solution};
@@ -24,8 +23,7 @@ use crate::problem::{Deviations, Estimates, Finding, Id, ShotInfluence, Solution
 /// Shots that are listed by their influence whether they are influential or not, and at most.
 const LISTED: [usize; 2] = [5, 20];
 
-/// Standard deviations that are too large by less than this part do no harm, however many shots
-/// show it.
+/// Part by which standard deviations may be too large, however many shots show it.
 const HARMLESS: f64 = 0.05;
 
 /// A fit of one sample.
@@ -36,29 +34,40 @@ pub(super) struct Fitted<'a> {
     pub(crate) deviations: Vec<Option<Deviations>>,
 }
 
-/// The numbers that are tested against their noise.
-pub(super) struct Tested {
-    /// χ² and its degrees of freedom.
+/// The parts of a fit that depend on the kind of the data.
+pub(super) struct Own<'a> {
+    pub(crate) estimates: Vec<Estimate>,
+    /// Covariance of the estimates.
+    pub(crate) errors: &'a Estimates,
+    /// Parameters of which combinations may be undetermined, and those that no number depends on.
+    pub(crate) combined: Vec<Parameter>,
+    pub(crate) silent: Vec<Parameter>,
+    /// Parameters whose regions are drawn, and the degrees of freedom of a noise that was estimated.
+    pub(crate) drawn: Vec<Parameter>,
+    pub(crate) dof_of_noise: Option<f64>,
+    /// χ² that is tested, its degrees of freedom, and whether its noise is stated.
     pub(crate) chi2: f64,
     pub(crate) dof: f64,
     pub(crate) is_stated: bool,
-    /// Independent residuals over their standard deviations.
-    pub(crate) standardized: Vec<f64>,
     pub(crate) trends: Vec<Trend>,
 }
 
 impl Fitted<'_> {
-    /// Returns the fit as far as data set and minimum determine it, without diagnostics; `errors`
-    /// are those of the estimates, `is_known` whether the noise of an observable is.
-    pub fn bare(
-        &self,
-        estimates: Vec<Estimate>,
-        errors: &Estimates,
-        is_known: impl Fn(Observable) -> bool,
-    ) -> Fit {
+    /// Returns the fit without its remarks.
+    pub fn fit(&self, own: Own) -> Fit {
         let Self { request: Request { dataset, group, options, .. }, solution, .. } = self;
+        let goodness = self.goodness(&own);
+        let Own { estimates, errors, combined, silent, drawn, dof_of_noise, .. } = own;
         let ids: Vec<Id> = estimates.iter().map(|estimate| Id::from(estimate.parameter)).collect();
-        let residuals = residuals(&solution.names[0], &self.deviations, is_known);
+        let covariance = solution.covariance_in(errors, &ids);
+        let value = |p: &Parameter| (Id::from(*p), solution.value(Id::from(*p)));
+        let worst = solution.worst_direction(&combined.iter().map(value).collect::<Vec<_>>());
+        let with_error = estimates.iter().filter(|estimate| estimate.std_error.is_some());
+        let with_error: Vec<Id> = with_error.map(|estimate| Id::from(estimate.parameter)).collect();
+        let wanted = Id::WANTED.into_iter().filter(|id| with_error.contains(id));
+        let drawn = estimates.iter().filter(|estimate| drawn.contains(&estimate.parameter));
+        let drawn: Vec<&Estimate> = drawn.filter(|_| options.depth >= Depth::Everything).collect();
+        let residuals = residuals(&solution.names[0], &self.deviations);
         Fit {
             dataset: dataset.name.clone(),
             group: group.cloned(),
@@ -71,8 +80,7 @@ impl Fitted<'_> {
             rolling: dataset.rolling,
             fidelity: options.fidelity.map_or("auto", Fidelity::name),
             footage: dataset.tracks.is_some(),
-            correlation: correlation(&estimates, &solution.covariance_in(errors, &ids)),
-            estimates,
+            correlation: correlation(&estimates, &covariance),
             chi2: solution.chi2_of_all(),
             dof: solution.dof(),
             noise: noise_of(&residuals),
@@ -85,36 +93,26 @@ impl Fitted<'_> {
             frames: None,
             solution: Arc::clone(solution),
             seconds: 0.0,
-            diagnostics: Diagnostics::default(),
-            budget: Id::WANTED.into_iter().filter_map(|id| solution.budget(id)).collect(),
+            diagnostics: Diagnostics {
+                computed: Computed::of(solution, options.fidelity),
+                identifiability: Identifiability::new(combined, worst, silent),
+                goodness: Some(goodness),
+                robust: self.robust(),
+                bootstrap: self.bootstrap(),
+                contours: contours(solution, errors, &drawn, dof_of_noise),
+                has_rival: estimates.iter().any(|estimate| estimate.includes_other_minimum),
+                suspicious: Vec::new(),
+            },
+            budget: wanted.filter_map(|id| solution.budget(id)).collect(),
             remarks: Vec::new(),
-        }
-    }
-
-    /// Returns the diagnostics that every fit has; `silent` are parameters that no number depends
-    /// on.
-    pub fn diagnostics(
-        &self,
-        parameters: &[Parameter],
-        silent: Vec<Parameter>,
-        tested: Tested,
-    ) -> Diagnostics {
-        let unknowns: Vec<(Id, f64)> =
-            parameters.iter().map(|p| (Id::from(*p), self.solution.value(Id::from(*p)))).collect();
-        let combination = self.solution.worst_direction(&unknowns);
-        Diagnostics {
-            computed: Computed::of(&self.solution, self.request.options.fidelity),
-            identifiability: Identifiability::new(parameters, combination, silent),
-            goodness: Some(self.goodness(tested)),
-            robust: self.robust(),
-            bootstrap: self.bootstrap(),
-            ..Diagnostics::default()
+            estimates,
         }
     }
 
     /// Returns whether model and noise describe the residuals.
-    fn goodness(&self, tested: Tested) -> Goodness {
-        let Tested { chi2, dof, is_stated, standardized, trends } = tested;
+    fn goodness(&self, own: &Own) -> Goodness {
+        let &Own { chi2, dof, is_stated, ref trends, .. } = own;
+        let standardized: Vec<f64> = self.deviations.iter().flatten().flat_map(whiten).collect();
         let chance = ChiSquared::new(dof).ok().map(|distribution| distribution.sf(chi2));
         let p_value = chance.filter(|_| is_stated);
         let noise_factor = p_value.map(|_| (chi2 / dof).sqrt());
@@ -124,7 +122,10 @@ impl Fitted<'_> {
             Some(p) if p > 1.0 - IMPROBABLE && noise_factor < Some(1.0 - HARMLESS) => NoiseVerdict::TooLarge,
             Some(_) => NoiseVerdict::Explains,
         };
-        let influential_from = self.influential_from(standardized.len() as f64);
+        // the median of F(p, n − p)
+        let wanted = self.contact().len() as f64;
+        let distribution = FisherSnedecor::new(wanted, standardized.len() as f64 - wanted).ok();
+        let influential_from = distribution.map(|f| f.inverse_cdf(0.5)).filter(|x| x.is_finite());
         Goodness {
             counted: if self.solution.problem.film().is_some() {
                 Counted::Coordinates
@@ -137,7 +138,7 @@ impl Fitted<'_> {
             p_value,
             noise,
             noise_factor,
-            trends,
+            trends: trends.clone(),
             normality: normality_of(&standardized),
             influence: self.influence(influential_from),
             influential_from,
@@ -167,16 +168,16 @@ impl Fitted<'_> {
         rejected(stated.iter().chain(own).cloned().chain(lost))
     }
 
-    /// Returns the free parameters of the contact with their standard errors.
-    pub fn contact(&self) -> Vec<(Parameter, f64)> {
-        let error = |p: Parameter| Some((p, self.solution.get(Id::from(p))?.std_error?));
-        self.parameters().into_iter().filter_map(error).filter(|(p, _)| !p.is_of_balls()).collect()
+    /// Returns the free parameters of the contact that have a standard error.
+    pub fn contact(&self) -> Vec<Parameter> {
+        let has_error =
+            |p: Parameter| self.solution.get(Id::from(p)).is_some_and(|own| own.std_error.is_some());
+        self.parameters().into_iter().filter(|p| has_error(*p) && !p.is_of_balls()).collect()
     }
 
-    /// Returns how the estimates scatter in fits of shots that are drawn again, if that is asked
-    /// for.
+    /// Returns how the estimates scatter if shots are drawn again, if that is asked for.
     fn bootstrap(&self) -> Option<Bootstrap> {
-        let free: Vec<Parameter> = self.contact().into_iter().map(|(p, _)| p).collect();
+        let free = self.contact();
         let Request { options: Options { bootstrap: replicates, seed, .. }, done, .. } = self.request;
         let is_asked = *replicates > 0 && !free.is_empty();
         is_asked.then(|| bootstrap::draw(&self.solution, &free, (*replicates, *seed), done))
@@ -190,21 +191,14 @@ impl Fitted<'_> {
         let mut weights: Vec<Weight> = weights.filter(|shot| shot.weight < 1.0).collect();
         weights.sort_by(|a, b| a.weight.total_cmp(&b.weight));
         let loss = self.request.options.loss.unwrap_or(self.request.dataset.loss);
-        (loss != Loss::Squares).then(|| Robust::new(loss, weights))
-    }
-
-    /// Returns Cook's distance above which a shot is influential: the median of F(p, n − p) of `n`
-    /// numbers.
-    fn influential_from(&self, numbers: f64) -> Option<f64> {
-        let wanted = self.contact().len() as f64;
-        let f = FisherSnedecor::new(wanted, numbers - wanted).ok()?;
-        Some(f.inverse_cdf(0.5)).filter(|x| x.is_finite())
+        let (tuning_constant, covariance) = (loss.tuning(), "sandwich");
+        (loss != Loss::Squares).then_some(Robust { loss, tuning_constant, covariance, weights })
     }
 
     /// Returns the shots that move the estimates most.
     fn influence(&self, influential_from: Option<f64>) -> Vec<Influence> {
         let solution = &self.solution;
-        let wanted: Vec<Id> = self.contact().into_iter().map(|(p, _)| Id::from(p)).collect();
+        let wanted: Vec<Id> = self.contact().into_iter().map(Id::from).collect();
         let Some(information) = solution.information(&wanted) else { return Vec::new() };
         let of_shot = |(name, found): (&String, Option<ShotInfluence>)| {
             let shot = name.clone();
@@ -231,8 +225,7 @@ impl Fitted<'_> {
     }
 }
 
-/// Returns a row for each observable of some residuals, in the order of their first appearance, as
-/// of noise that is stated.
+/// Returns a row for each observable, in the order of first appearance, as of stated noise.
 fn noise_of(residuals: &[Residual]) -> Vec<Noise> {
     let mut all: Vec<Noise> = Vec::new();
     for Residual { observable, measured, predicted, .. } in residuals {

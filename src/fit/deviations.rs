@@ -1,12 +1,94 @@
 //! Numbers of shots less their predictions: residuals, and how they change with speed, cut, spin
 //! and slip.
 
+use minijinja::value::Serde;
+use minijinja::{Value as Values, context};
 use nalgebra::DVector;
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use super::trends::ranked;
-use super::{Residual, Trend, Variable};
+use super::Residual;
+use super::film_words::words_of;
 use crate::measurement::observable::{Axis, Observable};
 use crate::problem::{self, Deviations, ShiftScore, Solution};
+
+/// Probability of a χ² at either end, or of a trend, below which model or noise are wrong.
+pub(super) const IMPROBABLE: f64 = 0.001;
+
+/// A trend this improbable, with all the trends that were looked for taken into account, is named.
+const TREND_LEVEL: f64 = 0.05;
+
+/// A trend of residuals with something that the model should have taken care of.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub(crate) struct Trend {
+    /// The quantity of the residuals, in words.
+    #[serde(rename = "residuals_of")]
+    pub(crate) quantity: &'static str,
+    /// The variable that the residuals change with.
+    #[serde(rename = "against")]
+    #[schemars(extend("enum" = [SPEED[0], CUT[0], ROLL[0], SIDE[0], SLIP[0]]))]
+    pub(crate) variable: &'static str,
+    /// Change of a residual, in its standard deviations, per unit of what it changes with.
+    #[serde(rename = "slope_sd")]
+    #[schemars(with = "Option<f64>")]
+    pub(crate) slope: f64,
+    /// That unit.
+    pub(crate) slope_per: &'static str,
+    /// Probability of such a slope by chance.
+    #[schemars(with = "Option<f64>")]
+    pub(crate) p_value: f64,
+    /// p_value corrected for all trends that were tested (Holm 1979).
+    #[schemars(with = "Option<f64>")]
+    pub(crate) p_corrected: f64,
+    /// Whether p_corrected is below 0.05.
+    pub(crate) significant: bool,
+    /// The trend as a sentence, with what it may mean.
+    pub(crate) words: String,
+}
+
+impl Trend {
+    /// Returns whether it is beyond chance however many trends are looked for.
+    pub(super) fn is_improbable(&self) -> bool {
+        self.p_corrected < IMPROBABLE
+    }
+}
+
+/// A variable with which residuals may change, with the unit of a slope's denominator: of balls the
+/// speed of the cue ball before the impact, the size of the cut angle, forward spin over that of
+/// natural roll, and side spin Rω_z/U; of discs the size of the slip over the closing speed.
+type Variable = [&'static str; 2];
+
+const SPEED: Variable = ["speed", "m/s"];
+const CUT: Variable = ["cut angle", "rad"];
+const ROLL: Variable = ["forward spin", "natural roll"];
+const SIDE: Variable = ["side spin", "U/R"];
+const SLIP: Variable = ["the slip over the closing speed", "closing speed"];
+
+/// Returns the trends, the most significant first, corrected for their number.
+pub(super) fn ranked(mut trends: Vec<Trend>) -> Vec<Trend> {
+    trends.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
+    holm(trends.iter_mut().map(|trend| &mut trend.p_corrected));
+    let count = trends.len();
+    for trend in &mut trends {
+        trend.significant = trend.p_corrected < TREND_LEVEL;
+        let slope = format!("{:+.2}", trend.slope);
+        trend.words = words_of("change", context! { count, slope, ..Values::from(Serde(&*trend)) });
+    }
+    trends
+}
+
+/// Corrects probabilities for their number, step by step from the smallest.
+///
+/// - Holm, S. (1979). A simple sequentially rejective multiple test procedure. Scand. J. Stat. 6, 65–70.
+pub(crate) fn holm<'a>(probabilities: impl IntoIterator<Item = &'a mut f64>) {
+    let mut all: Vec<&mut f64> = probabilities.into_iter().collect();
+    all.sort_by(|a, b| a.total_cmp(b));
+    let (count, mut last) = (all.len(), 0.0_f64);
+    for (rank, p) in all.into_iter().enumerate() {
+        last = last.max((*p * (count - rank) as f64).min(1.0));
+        *p = last;
+    }
+}
 
 /// Returns how the deviations change with what the model should have taken care of; `chance` gives
 /// the probability of a slope from the scores of its shots, if that is known.
@@ -23,34 +105,46 @@ pub(super) fn trends(
     };
     let speed = |found: &Deviations| found.speed.unwrap_or(f64::NAN);
     if seen.iter().any(|observable| Observable::DISCS.contains(observable)) {
-        add(Variable::Speed, &|found| speed(found) * found.cut.cos());
-        add(Variable::Slip, &|found| found.cut.tan().abs());
+        add(SPEED, &|found| speed(found) * found.cut.cos());
+        add(SLIP, &|found| found.cut.tan().abs());
     } else {
-        add(Variable::Speed, &speed);
-        add(Variable::Cut, &|found| found.cut.abs());
-        add(Variable::Roll, &|found| found.spins[0]);
-        add(Variable::Side, &|found| found.spins[1]);
+        add(SPEED, &speed);
+        add(CUT, &|found| found.cut.abs());
+        add(ROLL, &|found| found.spins[0]);
+        add(SIDE, &|found| found.spins[1]);
     }
     let mut trends = Vec::new();
     for (quantity, of) in quantities(&seen) {
-        let scores = scores(solution, shots, of);
+        let scores = scores(solution, shots, &of);
         for (variable, values) in &variables {
             let Some(slope) = solution.slope_of(values, &scores) else { continue };
             let Some(p_value) = chance(&slope, &scores) else { continue };
-            trends.push(Trend::new(quantity, *variable, slope.value, p_value));
+            let [variable, slope_per] = *variable;
+            let (slope, p_corrected, significant, words) = (slope.value, p_value, false, String::new());
+            trends.push(Trend {
+                quantity,
+                variable,
+                slope,
+                slope_per,
+                p_value,
+                p_corrected,
+                significant,
+                words,
+            });
         }
     }
     ranked(trends)
 }
 
 /// Returns the score of a shift of each shot along a direction.
-fn scores(solution: &Solution, shots: &[Option<Deviations>], of: TrendOf) -> Vec<Option<ShiftScore>> {
+fn scores(solution: &Solution, shots: &[Option<Deviations>], of: &Part) -> Vec<Option<ShiftScore>> {
     let columns = solution.own_columns();
     // the frames of a film count by their weights already
     let weights = if solution.is_film() { Vec::new() } else { solution.weights() };
     let score = |(i, one): (usize, &Option<Deviations>)| {
         let one = one.as_ref()?;
-        let direction = of.direction(one);
+        let parts = one.observables.iter().map(|observable| of(one, *observable));
+        let direction = DVector::from_iterator(one.observables.len(), parts);
         let square = direction.norm_squared();
         let unit = &direction * (direction.dot(&(&one.covariance * &direction)).sqrt() / square);
         let weight = weights.get(i).copied().unwrap_or(1.0);
@@ -66,20 +160,15 @@ fn scores(solution: &Solution, shots: &[Option<Deviations>], of: TrendOf) -> Vec
     shots.iter().enumerate().map(score).collect()
 }
 
-/// Returns a row for each number of a table or of discs, and each velocity after the impact of a
-/// film, against its prediction; numbers whose noise is not known have no standard deviation.
-pub(crate) fn residuals(
-    names: &[String],
-    shots: &[Option<Deviations>],
-    is_known: impl Fn(Observable) -> bool,
-) -> Vec<Residual> {
+/// Returns each number, or velocity after the impact of a film, against its prediction.
+pub(crate) fn residuals(names: &[String], shots: &[Option<Deviations>]) -> Vec<Residual> {
     let mut all = Vec::new();
     for (name, found) in names.iter().zip(shots) {
         let Some(Deviations { observables, measured, values, covariance, cut, speed, .. }) = found else {
             continue;
         };
         for (i, observable) in observables.iter().enumerate() {
-            let sd = if is_known(*observable) { covariance[(i, i)].sqrt() } else { f64::NAN };
+            let sd = covariance[(i, i)].sqrt();
             all.push(Residual {
                 shot: name.clone(),
                 observable: *observable,
@@ -106,43 +195,30 @@ fn observables(shots: &[Option<Deviations>]) -> Vec<Observable> {
     seen
 }
 
-/// A quantity of a shot that may have a trend.
-#[derive(Clone, Copy)]
-enum TrendOf {
-    /// Velocity of one ball along or across the line of centres.
-    Velocity {
-        of: fn(Axis) -> Observable,
-        across: bool,
-    },
-    Number(Observable),
-}
-
-impl TrendOf {
-    /// Returns its direction among the numbers of a shot; friction is against the slip and has the
-    /// sign of the cut angle.
-    fn direction(self, found: &Deviations) -> DVector<f64> {
-        let ([cos, sin], side) = (found.normal, if found.cut < 0.0 { -1.0 } else { 1.0 });
-        let part = |observable: &Observable| match self {
-            Self::Velocity { of, across } => {
-                let axes = if across { [-side * sin, side * cos] } else { [cos, sin] };
-                let axis = [Axis::X, Axis::Y].into_iter().position(|axis| of(axis) == *observable);
-                axis.map_or(0.0, |axis| axes[axis])
-            }
-            Self::Number(which) if *observable != which => 0.0,
-            Self::Number(Observable::ImpulseRatio) => -found.cut.signum(),
-            Self::Number(_) => 1.0,
-        };
-        DVector::from_iterator(found.observables.len(), found.observables.iter().map(part))
-    }
-}
+/// Returns the part of a number of a shot in a quantity that may have a trend.
+type Part = Box<dyn Fn(&Deviations, Observable) -> f64>;
 
 /// Returns what may have trends: of impacts the velocities along and across the line of centres, of
-/// angles and discs every observable.
-fn quantities(seen: &[Observable]) -> Vec<(&'static str, TrendOf)> {
+/// angles and discs every observable. Friction is against the slip and has the sign of the cut angle.
+fn quantities(seen: &[Observable]) -> Vec<(&'static str, Part)> {
     if !seen.iter().any(|observable| Observable::IMPACTS.contains(observable)) {
-        return seen.iter().map(|observable| (observable.label(), TrendOf::Number(*observable))).collect();
+        let number = |which: Observable| -> Part {
+            Box::new(move |found, observable| match observable {
+                _ if observable != which => 0.0,
+                Observable::ImpulseRatio => -found.cut.signum(),
+                _ => 1.0,
+            })
+        };
+        return seen.iter().map(|observable| (observable.label(), number(*observable))).collect();
     }
-    let velocity = |of: fn(Axis) -> Observable, across: bool| TrendOf::Velocity { of, across };
+    let velocity = |of: fn(Axis) -> Observable, is_across: bool| -> Part {
+        Box::new(move |found, observable| {
+            let ([cos, sin], side) = (found.normal, if found.cut < 0.0 { -1.0 } else { 1.0 });
+            let [x, y] = if is_across { [-side * sin, side * cos] } else { [cos, sin] };
+            let parts = [(of(Axis::X), x), (of(Axis::Y), y)];
+            parts.into_iter().find(|(own, _)| *own == observable).map_or(0.0, |(_, part)| part)
+        })
+    };
     let (cue, object) = (Observable::CueVelocity, Observable::ObjectVelocity);
     vec![
         ("throw", velocity(object, true)),
@@ -157,4 +233,17 @@ pub(super) fn whiten(found: &Deviations) -> Vec<f64> {
     let factor = found.covariance.clone().cholesky();
     let white = factor.and_then(|factor| factor.l().solve_lower_triangular(&found.values));
     white.map_or_else(Vec::new, |white| white.iter().copied().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    /// Four tests: 0.01·4, 0.02·3, then 0.03·2 is at least 0.06, 0.5.
+    #[test]
+    fn holm_steps_down() {
+        let mut p = [0.02, 0.5, 0.01, 0.03];
+        super::holm(&mut p);
+        for (p, expected) in p.iter().zip([0.06, 0.5, 0.04, 0.06]) {
+            assert!((p - expected).abs() < 1e-15, "{p}");
+        }
+    }
 }

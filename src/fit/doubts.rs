@@ -5,9 +5,9 @@ use std::collections::HashSet;
 
 use minijinja::{Value as Values, context};
 
-use super::film_words::{self, Remark};
-use super::{Estimate, Fit, Noise, NoiseVerdict, Rejected, Status, Trend, check};
-use crate::measurement::dataset::ON_REQUEST;
+use super::film_words::{self, Remark, note, of_shots};
+use super::{Estimate, Fit, FoundCamera, Noise, NoiseVerdict, Rejected, Status, Trend, check};
+use crate::measurement::dataset::{Dataset, ON_REQUEST, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::problem::Severity::{Doubtful, Note, Unusable, Warning};
@@ -22,17 +22,54 @@ const FEW_USED: f64 = 0.6;
 /// Part of the shots beyond which a fault is systematic.
 const MANY_SUSPICIOUS: f64 = 0.5;
 
-/// Noise whose correlation from frame to frame is above this is that of a filter: trackers that
-/// follow a ball by themselves stay below.
+/// Correlation of the noise of neighbouring frames above which tracks are filtered.
 const SMOOTHED: f64 = 0.93;
 
-/// Ratio of a standard error to the one with other parameters exactly at their bounds, from which
-/// on it is said.
+/// Ratio of a standard error to the one with others exactly at bounds that is worth saying.
 const WORTH_SAYING: f64 = 2.0;
 
 /// Part of the rounding of the readings; without one, in rad, m/s, rad/s or as a ratio: smaller
 /// residuals are rounding of the search.
 const MIN_RESIDUAL: f64 = 1e-6;
+
+/// Sets what is suspicious about the shots of a fit, its warnings, and its notes, among them those
+/// of what was fitted; takes the errors of a model away that the data refute.
+pub(super) fn comment(
+    fit: &mut Fit,
+    dataset: &Dataset,
+    shots: &[&Shot],
+    has_topspin: bool,
+    own: impl IntoIterator<Item = Remark>,
+) {
+    if fit.is_refuted() {
+        // standard errors hold if the model does
+        for estimate in fit.estimates.iter_mut().filter(|e| e.status != Status::Fixed) {
+            *estimate = Estimate::bare(estimate.parameter, estimate.value, estimate.status);
+        }
+        fit.diagnostics.contours.clear();
+    }
+    fit.diagnostics.suspicious = check::suspicious(dataset, shots, fit.sliding);
+    let mut all = fit.doubts();
+    let found = fit.solution.findings.iter().filter(|finding| finding.severity() == Note);
+    all.extend(found.filter_map(|finding| film_words::remark(finding, fit.frames.as_ref())));
+    all.extend(own);
+    let on_request = fit.shots_rejected.len() - fit.unwanted().len();
+    all.extend(of_shots("left-out-on-request", on_request, fit.shots_rejected.len() + fit.shots_used()));
+    // parameters that the data do not determine, unless it is said of a combination
+    let worst = fit.diagnostics.identifiability.as_ref().and_then(|found| found.worst.as_ref());
+    let is_combination = worst.is_some_and(|worst| worst.undetermined);
+    for Estimate { parameter, value, status, .. } in &fit.estimates {
+        let without_topspin = *parameter == Parameter::MuS && !has_topspin;
+        if *status == Status::NotIdentified && (without_topspin || !is_combination) {
+            let parameter = parameter.name();
+            all.extend(note("undetermined/not-identified", context! { parameter, value, without_topspin }));
+        }
+    }
+    for text in dataset.notes() {
+        all.extend(Remark::new(Note, "data", context! {}, context! { text }));
+    }
+    fit.remarks = all;
+}
 
 /// Remarks that are collected; one without words stands elsewhere.
 #[derive(Default)]
@@ -136,15 +173,14 @@ impl Fit {
         self.diagnostics.goodness.as_ref().map_or(&[], |goodness| &goodness.trends)
     }
 
-    /// Says what the paths of the balls, or most shots, show to be wrong with the footage or its
-    /// description.
+    /// Says what paths, or most shots, show to be wrong with the footage or its description.
     fn doubt_footage(&self, all: &mut Remarks) {
         let suspicious = &self.diagnostics.suspicious;
         let is_of_most = |finding: &&check::Finding| {
             let alike = suspicious.iter().filter(|other| other.kind == finding.kind).count();
             finding.shot.is_none() || alike as f64 > MANY_SUSPICIOUS * self.shots_used() as f64
         };
-        let rho = self.camera.as_ref().and_then(|camera| camera.noise_correlation);
+        let rho = self.camera.as_ref().and_then(FoundCamera::noise_correlation);
         if let Some(check::Finding { shot, text, .. }) = suspicious.iter().find(is_of_most) {
             all.say(Doubtful, FOOTAGE, context! { shot, text });
         } else if let Some(rho) = rho.filter(|rho| *rho > SMOOTHED) {
@@ -179,7 +215,7 @@ impl Fit {
             |trend: &&Trend| trend.is_improbable() && trend.quantity == Observable::ImpulseRatio.label();
         let trend = self.trends().iter().find(is_of_friction).filter(|_| self.scatter.is_some());
         if let Some(trend) = trend {
-            let variable = trend.variable.name();
+            let variable = trend.variable;
             let (e, sd) = self.get(Parameter::E).and_then(|e| Some((e.value, e.std_error?))).unzip();
             all.say(Doubtful, "refuted-friction", context! { variable, e, sd });
         }

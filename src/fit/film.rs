@@ -59,8 +59,7 @@ impl FittedFilm {
         &self.tracks
     }
 
-    /// Returns the impacts of all shots whose frames show one, independently of the law of the
-    /// impact.
+    /// Returns the impacts of all shots that show one, independently of the law of the impact.
     #[must_use]
     pub fn impacts(&self) -> Vec<Impact> {
         let all = self.tracks.par_iter().enumerate();
@@ -94,8 +93,7 @@ impl FittedFilm {
         self.solution.middle.map(|x| x * self.solution.unit)
     }
 
-    /// Returns what was estimated of each shot besides the parameters, with its name: instant,
-    /// place and direction of the impact, velocity of the cue ball, topspin and side spin.
+    /// Returns the unknowns of each shot, with its name: impact, velocity, spins.
     #[must_use]
     pub fn estimates(&self) -> Vec<(&str, Vec<OwnEstimate>)> {
         let of_shot =
@@ -104,16 +102,14 @@ impl FittedFilm {
         self.names().into_iter().zip(all).collect()
     }
 
-    /// Returns the estimate of μ_k or another unknown that all shots share, with its standard
-    /// error.
+    /// Returns the estimate of an unknown that all shots share, with its standard error.
     #[must_use]
     pub fn shared(&self, id: Id) -> Option<(f64, f64)> {
         let estimate = self.solution.get(id)?;
         Some((estimate.value, estimate.std_error?))
     }
 
-    /// Writes a text of each shot, which `text` appends, in the order of the shots. Texts are made
-    /// side by side, some at a time: there may be more frames than should be held in memory.
+    /// Writes a text of each shot, some shots at a time: not all frames may fit in memory.
     #[cfg(feature = "report")]
     pub(crate) fn write(
         &self,

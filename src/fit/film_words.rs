@@ -1,4 +1,4 @@
-//! Remarks on a fit in words: findings of its problem, and the causes among them.
+//! Remarks on a fit in words: findings of its problem, the causes among them, and notes.
 
 use std::sync::LazyLock;
 
@@ -7,8 +7,10 @@ use minijinja::{Value as Values, context};
 
 use super::Explanation;
 use super::film::FittedFilm;
+use crate::film::frame_noise::constant_axis;
 use crate::measurement::spin::Spin;
-use crate::problem::{Finding, Id, Severity, Solution};
+use crate::measurement::track::TrackShot;
+use crate::problem::{DiscImpact, Finding, Id, Quantity, Severity, Solution};
 use crate::words::Sentences;
 
 /// The words of every remark, by its kind.
@@ -44,15 +46,16 @@ pub(crate) fn words_of(name: &str, values: Values) -> String {
         .map_or_else(String::new, |remark| remark.sentence)
 }
 
-/// Difference of a topspin from the stated one, as a part of natural roll, that counts as another
-/// spin.
+/// Difference of a topspin from the stated one, over natural roll, that counts as another spin.
 pub(super) const DIFFERS: f64 = 0.2;
 
 /// Part of the shots that have the same spin, so that one word states it.
 const MIN_ALIKE_PART: f64 = 0.75;
 
-/// Returns a finding as a remark, of a table if `film` is `None`; `None` for one that stands
-/// elsewhere.
+/// Frames between neighbouring positions of a disc beyond which some are missing.
+const GAP: f64 = 2.5;
+
+/// Returns a finding as a remark, of a table if `film` is `None`; `None` if it stands elsewhere.
 pub(super) fn remark(finding: &Finding, film: Option<&FittedFilm>) -> Option<Remark> {
     let [radius, scale_sd] = film.map_or([f64::NAN, 0.0], |film| [film.radius(), film.scale_sd]);
     let game = match finding {
@@ -67,8 +70,7 @@ pub(super) fn remark(finding: &Finding, film: Option<&FittedFilm>) -> Option<Rem
     Remark::new(finding.severity(), kind.as_str().unwrap_or_default(), values, beside)
 }
 
-/// Returns a finding as a sentence, of a table if `film` is `None`; `None` for one that stands
-/// elsewhere.
+/// Returns the sentence of a finding, as [`remark`].
 pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<String> {
     Some(remark(finding, film)?.sentence)
 }
@@ -77,8 +79,7 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<S
 const DIAMETERS: [(&str, f64); 4] =
     [("pool", 0.057_15), ("carom", 0.0615), ("snooker", 0.0525), ("pyramid", 0.068)];
 
-/// Largest relative difference of a diameter from that of a game: balls wear, and scales are off,
-/// by less.
+/// Largest relative difference of a diameter from that of a game, by wear and scale.
 const SAME_DIAMETER: f64 = 0.01;
 
 /// Returns the game whose balls have a diameter, m, and their diameter.
@@ -155,5 +156,72 @@ fn cause_of(id: Id) -> Option<&'static str> {
         Id::FallB | Id::FallC => "falling-friction",
         Id::TiltX | Id::TiltY => "tilt",
         _ => return None,
+    })
+}
+
+/// Returns a note with the numbers of its words.
+pub(super) fn note(name: &str, values: Values) -> Option<Remark> {
+    Remark::new(Severity::Note, name, values, Values::default())
+}
+
+/// Returns what the frames of a film of balls show besides the parameters.
+pub(super) fn of_film(film: &FittedFilm) -> Vec<Remark> {
+    let rate = film.solution.get(Id::Rate).and_then(|found| {
+        let (rate, sd, prior_sd) = (found.value, found.std_error?, found.prior?.sd);
+        note("measured/frame-rate", context! { rate, sd, prior_sd })
+    });
+    unknown_spins(film).into_iter().chain(rate).collect()
+}
+
+/// Returns what cue balls of unknown spin were found to do, if there are any.
+pub(super) fn unknown_spins(film: &FittedFilm) -> Option<Remark> {
+    let topspins = film.solution.topspins();
+    let is_unknown = |track: &TrackShot| track.spin == Spin::Unknown && track.markers.is_empty();
+    let shots = film.tracks().iter().zip(&topspins);
+    let unknown: Vec<f64> =
+        shots.filter(|(track, _)| is_unknown(track)).map(|(_, (_, found))| *found).collect();
+    let rolling = unknown.iter().filter(|topspin| **topspin == 1.0).count();
+    let stun = unknown.iter().filter(|topspin| topspin.abs() < 0.5 * DIFFERS).count();
+    let balls = Some(unknown.len()).filter(|balls| *balls > 0)?;
+    note("measured/unknown-spins", context! { balls, rolling, stun })
+}
+
+/// Returns how the discs slow down, if it was estimated.
+pub(super) fn slowing(solution: &Solution) -> Option<Remark> {
+    let found = solution.get(Id::Slowing)?;
+    let (slowing, sd) = (found.value, found.std_error?);
+    note("measured/slowing", context! { slowing, sd })
+}
+
+/// Returns a note on some of all shots; `None` if these are none.
+pub(super) fn of_shots(name: &str, shots: usize, of: usize) -> Option<Remark> {
+    (shots > 0).then(|| note(name, context! { shots, of })).flatten()
+}
+
+/// Returns what was found on the way to the impacts of discs.
+pub(super) fn of_discs(solution: &Solution, shots: &[(TrackShot, DiscImpact)]) -> Vec<Remark> {
+    let of = shots.len();
+    let touching = shots.iter().map(|(_, impact)| impact.touching).filter(|frames| *frames > 0);
+    let (count, longest) = (touching.clone().count(), touching.max());
+    let touching =
+        longest.and_then(|longest| note("measured/touching", context! { shots => count, of, longest }));
+    let missing = shots.iter().filter(|(track, impact)| misses_frames(track, impact)).count();
+    let flat = shots.iter().filter(|(track, _)| constant_axis(track).is_some()).count();
+    let all = [
+        slowing(solution),
+        touching,
+        of_shots("measured/missing-frames", missing, of),
+        of_shots("measured/one-dimension", flat, of),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+/// Returns whether frames about an impact are missing.
+fn misses_frames(track: &TrackShot, impact: &DiscImpact) -> bool {
+    let Some(time) = impact.get(Quantity::Time) else { return false };
+    [&track.cue, &track.object].into_iter().any(|samples| {
+        let after = samples.partition_point(|sample| sample.t < time.value);
+        let before = after.checked_sub(1).and_then(|i| samples.get(i));
+        before.zip(samples.get(after)).is_some_and(|(a, b)| (b.t - a.t) * track.fps > GAP)
     })
 }

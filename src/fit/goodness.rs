@@ -6,7 +6,7 @@ use serde::{Serialize, Serializer};
 use statrs::distribution::Normal;
 use statrs::stats_tests::anderson_darling::anderson_darling;
 
-use super::trends::Trend;
+use super::deviations::Trend;
 use crate::fit::Counted;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::written::written_by_name;
@@ -78,17 +78,16 @@ pub(crate) struct Identifiability {
 }
 
 impl Identifiability {
-    /// Returns what the data determine of some parameters, from their worst determined direction,
-    /// which there is of two and more; `silent` are those that no number depends on.
+    /// Returns what the data determine of parameters, by their worst direction of several.
     pub(in crate::fit) fn new(
-        parameters: &[Parameter],
+        parameters: Vec<Parameter>,
         worst: Option<Combination>,
         silent: Vec<Parameter>,
     ) -> Option<Self> {
         let of_worst = worst.as_ref().map(|worst| worst.singular_values.clone());
         let singular_values = if parameters.len() == 1 { vec![1.0] } else { of_worst? };
         let condition = singular_values.first()? / singular_values.last()?;
-        Some(Self { parameters: parameters.to_vec(), singular_values, condition, worst, silent })
+        Some(Self { parameters, singular_values, condition, worst, silent })
     }
 }
 
@@ -159,6 +158,9 @@ pub(in crate::fit) fn normality_of(standardized: &[f64]) -> Option<Normality> {
 }
 
 /// Writes values by the names of their parameters.
-fn by_parameter<S: Serializer>(values: &[(Parameter, f64)], serializer: S) -> Result<S::Ok, S::Error> {
+pub(super) fn by_parameter<T: Serialize, S: Serializer>(
+    values: &[(Parameter, T)],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
     serializer.collect_map(values.iter().map(|(parameter, value)| (parameter.name(), value)))
 }

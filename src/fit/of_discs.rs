@@ -7,11 +7,10 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::camera::FoundCamera;
-use super::common::{Fitted, Tested};
+use super::common::{Fitted, Own};
 use super::deviations::{trends, whiten};
-use super::error::Request;
-use super::regions::contours;
-use super::{Computed, Depth, Diagnostics, Estimate, Fit, FitError, Remark, Scatter, Status, notes};
+use super::request::Request;
+use super::{Computed, Depth, Estimate, Fit, FitError, Remark, Scatter, Status, doubts, film_words};
 use crate::measurement::observable::{Measured, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
@@ -23,8 +22,7 @@ use crate::problem::{
 /// Number of shots that show how much shots differ.
 const LEAST_SHOTS: usize = 3;
 
-/// Largest friction that fits of discs try: rubber on rubber seldom has more, and what is around
-/// discs may be any material.
+/// Largest friction that is tried for discs of any material: rubber on rubber seldom has more.
 const MOST_FRICTION: f64 = 2.0;
 
 /// Number of slips of a curve, enough to place its bends within a hundredth of its length.
@@ -48,18 +46,30 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         deviations: deviations(&found),
     };
     let shots = solution.names[0].len();
-    let [restitution, impulse_ratio, ..] = found.scatter();
     let estimates = estimates(&common, &found);
-    let diagnostics = diagnostics(&common, &found, &estimates);
+    let of_status = |is_wanted: &dyn Fn(&Estimate) -> bool| -> Vec<Parameter> {
+        estimates.iter().filter(|e| is_wanted(e)).map(|e| e.parameter).collect()
+    };
+    let with_error = of_status(&|e| e.std_error.is_some());
+    let standardized: Vec<f64> = common.deviations.iter().flatten().flat_map(whiten).collect();
+    let own = Own {
+        errors: &solution.covariance,
+        silent: of_status(&|e| e.status == Status::NotIdentified),
+        drawn: with_error.clone(),
+        dof_of_noise: dof(&found),
+        chi2: standardized.iter().map(|x| x * x).sum(),
+        dof: standardized.len().saturating_sub(with_error.len()) as f64,
+        is_stated: false,
+        trends: trends(solution, &common.deviations, chance),
+        combined: with_error,
+        estimates,
+    };
     let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
     let distance = discs.and_then(|discs| discs.radii).map(|[first, second]| first + second);
-    let effects = Effects {
-        compliance: solution.value(Id::Kappa) > 0.0,
-        falling_friction: dataset.settings.falls,
-        ..Fidelity::Full.effects()
-    };
-    let computed = vec![Computed { fidelity: Fidelity::Full, effects, shots }];
+    let [restitution, impulse_ratio, ..] = found.scatter();
     let mut fit = Fit {
+        chi2: own.chi2,
+        dof: own.dof as usize,
         ball: Ball {
             radius: 0.5 * distance.unwrap_or_else(|| solution.value(Id::ContactDistance)),
             mass: 1.0,
@@ -69,15 +79,18 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         discs,
         disc_shots: impacts.clone(),
         scatter: Some(Scatter { restitution, impulse_ratio, is_estimated: shots >= LEAST_SHOTS }),
-        camera: Some(FoundCamera::of_film(solution)),
-        ..common.bare(estimates, &solution.covariance, |_| true)
+        camera: Some(FoundCamera::of_film(&common.solution)),
+        ..common.fit(own)
     };
-    if let Some(goodness) = &diagnostics.goodness {
-        (fit.chi2, fit.dof) = (goodness.chi2, goodness.dof);
-    }
-    fit.diagnostics = Diagnostics { computed, ..diagnostics };
+    let effects = Effects {
+        compliance: solution.value(Id::Kappa) > 0.0,
+        falling_friction: dataset.settings.falls,
+        ..Fidelity::Full.effects()
+    };
+    fit.diagnostics.computed = vec![Computed { fidelity: Fidelity::Full, effects, shots }];
+    (fit.diagnostics.robust, fit.diagnostics.has_rival) = (None, !found.others.is_empty());
     fit.friction_curve = friction_curve(&fit);
-    notes::comment(&mut fit, &dataset, &[], false, notes(&found));
+    doubts::comment(&mut fit, &dataset, &[], false, notes(&found));
     Ok(fit)
 }
 
@@ -134,32 +147,10 @@ fn estimates(common: &Fitted, found: &DiscFit) -> Vec<Estimate> {
     of_law.map(|p| known.estimate(p).unless_uninformed(&common.settings[p])).collect()
 }
 
-/// Returns the degrees of freedom of Student's t for intervals, as scatter is known from the shots
-/// alone; `None` for a single shot, whose errors are those of its frames.
+/// Returns the degrees of freedom of the scatter; `None` for a single shot, which shows none.
 fn dof(found: &DiscFit) -> Option<f64> {
     let shots = found.solution.names[0].len();
     (shots > 1).then_some(shots as f64 - 1.0)
-}
-
-fn diagnostics(common: &Fitted, found: &DiscFit, estimates: &[Estimate]) -> Diagnostics {
-    let of_law: Vec<&Estimate> = estimates.iter().filter(|e| e.std_error.is_some()).collect();
-    let parameters: Vec<Parameter> = of_law.iter().map(|e| e.parameter).collect();
-    let undetermined = estimates.iter().filter(|e| e.status == Status::NotIdentified);
-    let undetermined = undetermined.map(|e| e.parameter).collect();
-    let standardized: Vec<f64> = common.deviations.iter().flatten().flat_map(whiten).collect();
-    let tested = Tested {
-        chi2: standardized.iter().map(|x| x * x).sum(),
-        dof: standardized.len().saturating_sub(parameters.len()) as f64,
-        is_stated: false,
-        standardized,
-        trends: trends(&common.solution, &common.deviations, chance),
-    };
-    let mut diagnostics = common.diagnostics(&parameters, undetermined, tested);
-    (diagnostics.robust, diagnostics.has_rival) = (None, !found.others.is_empty());
-    if common.request.options.depth >= Depth::Everything {
-        diagnostics.contours = contours(&common.solution, &common.solution.covariance, &of_law, dof(found));
-    }
-    diagnostics
 }
 
 /// Returns the probability of a slope by chance: the scatter that is stated includes a trend, that
@@ -182,10 +173,10 @@ fn notes(found: &DiscFit) -> Vec<Remark> {
     let quantities: Vec<String> = others.map(|(of, sd)| format!("{} {sd:.2e}", of.name)).collect();
     let differ = !quantities.is_empty();
     let all = [
-        notes::of_shots("measured/sticking", stuck, impacts.len()),
-        notes::of_shots("measured/unseen-rotation", unseen, impacts.len()),
-        notes::slowing(solution),
-        differ.then(|| notes::note("measured/scatter-of-shots", context! { quantities })).flatten(),
+        film_words::of_shots("measured/sticking", stuck, impacts.len()),
+        film_words::of_shots("measured/unseen-rotation", unseen, impacts.len()),
+        film_words::slowing(solution),
+        differ.then(|| film_words::note("measured/scatter-of-shots", context! { quantities })).flatten(),
     ];
     all.into_iter().flatten().collect()
 }

@@ -1,12 +1,13 @@
 //! The fit of a film as a [`Fit`].
 
+use std::sync::Arc;
+
 use super::camera::FoundCamera;
-use super::common::{Fitted, Tested};
-use super::deviations::{trends, whiten};
-use super::error::Request;
+use super::common::{Fitted, Own};
+use super::deviations::trends;
 use super::film::FittedFilm;
-use super::regions::contours;
-use super::{Depth, Diagnostics, Estimate, Fit, FitError, Intervals, Status, notes};
+use super::request::Request;
+use super::{Depth, Estimate, Fit, FitError, Intervals, Status, doubts, film_words};
 use crate::measurement::dataset::{Measured, Shot};
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::spin::Spin;
@@ -39,12 +40,39 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
             Spin::Unknown => f64::NAN,
         };
     }
-    let fitted = Fitted { request, settings, solution: film.solution.clone(), deviations };
-    let mut fit = build(&fitted, &film);
+    let solution = Arc::clone(&film.solution);
+    let fitted = Fitted { request, settings, solution, deviations };
+    let solution = &film.solution;
+    let estimates: Vec<Estimate> = fitted.parameters().iter().map(|p| estimate(&fitted, *p)).collect();
+    let is_silent =
+        |e: &&Estimate| e.status == Status::NotIdentified && solution.get(Id::from(e.parameter)).is_none();
+    let (chi2, observations) = solution.chi2_of_data();
+    let unknowns = solution.own_count() as f64 + solution.covariance.count_data(&solution.problem);
+    let own = Own {
+        errors: &solution.covariance,
+        combined: fitted.contact(),
+        silent: estimates.iter().filter(is_silent).map(|e| e.parameter).collect(),
+        drawn: fitted.contact(),
+        dof_of_noise: None,
+        chi2,
+        dof: (observations - unknowns).max(0.0),
+        is_stated: solution.states_noise(),
+        trends: trends(solution, &fitted.deviations, |slope, _| Some(slope.p_value)),
+        estimates,
+    };
+    let measured = |id: Id| film.shared(id).map(|(value, sd)| Measured::new(value, sd));
+    let mut fit = Fit {
+        sliding: measured(Id::MuK),
+        rolling: measured(Id::MuR),
+        chi2: chi2 + solution.prior_chi2(),
+        camera: Some(FoundCamera::of_film(solution)),
+        frames: Some(film.clone()),
+        ..fitted.fit(own)
+    };
     let shots: Vec<&Shot> = impacts.iter().map(|impact| &impact.shot).collect();
     let has_topspin = film.solution.topspins().iter().any(|(_, topspin)| *topspin > TOPSPIN);
-    let of_film = notes::of_film(&film);
-    notes::comment(&mut fit, dataset, &shots, has_topspin, of_film);
+    let of_film = film_words::of_film(&film);
+    doubts::comment(&mut fit, dataset, &shots, has_topspin, of_film);
     for _ in &impacts {
         done();
     }
@@ -74,22 +102,6 @@ fn fitted_with(request: &Request) -> Result<(Model, Settings), FitError> {
     Ok((model, settings))
 }
 
-/// Returns the fit without its remarks.
-fn build(fitted: &Fitted, film: &FittedFilm) -> Fit {
-    let solution = &film.solution;
-    let estimates: Vec<Estimate> = fitted.parameters().iter().map(|p| estimate(fitted, *p)).collect();
-    let measured = |id: Id| film.shared(id).map(|(value, sd)| Measured::new(value, sd));
-    Fit {
-        sliding: measured(Id::MuK),
-        rolling: measured(Id::MuR),
-        chi2: solution.chi2_of_data().0 + solution.prior_chi2(),
-        camera: Some(FoundCamera::of_film(solution)),
-        diagnostics: diagnostics(fitted, &estimates),
-        frames: Some(film.clone()),
-        ..fitted.bare(estimates, &solution.covariance, |_| true)
-    }
-}
-
 fn estimate(fitted: &Fitted, parameter: Parameter) -> Estimate {
     let (solution, id) = (&fitted.solution, Id::from(parameter));
     let setting = fitted.settings[parameter];
@@ -116,8 +128,7 @@ fn estimate(fitted: &Fitted, parameter: Parameter) -> Estimate {
     }
 }
 
-/// Returns the estimate of a parameter that ends at a bound; one that may as well be anywhere is
-/// not identified.
+/// Returns the estimate of a parameter at a bound; not identified if it may be anywhere.
 fn at_bound(solution: &Solution, parameter: Parameter, setting: &Setting) -> Estimate {
     let id = Id::from(parameter);
     let (value, [low, high]) = (solution.value(id), solution.bounds(id));
@@ -132,27 +143,4 @@ fn at_bound(solution: &Solution, parameter: Parameter, setting: &Setting) -> Est
         ..Estimate::bare(parameter, value, if is_low { Status::AtLowerBound } else { Status::AtUpperBound })
     };
     at_bound.unless_uninformed(setting)
-}
-
-fn diagnostics(fitted: &Fitted, estimates: &[Estimate]) -> Diagnostics {
-    let solution = &fitted.solution;
-    let parameters: Vec<Parameter> = fitted.contact().iter().map(|(p, _)| *p).collect();
-    let is_silent =
-        |e: &&Estimate| e.status == Status::NotIdentified && solution.get(Id::from(e.parameter)).is_none();
-    let silent = estimates.iter().filter(is_silent).map(|e| e.parameter).collect();
-    let drawn: Vec<&Estimate> = estimates.iter().filter(|e| parameters.contains(&e.parameter)).collect();
-    let (chi2, observations) = solution.chi2_of_data();
-    let tested = Tested {
-        chi2,
-        dof: (observations - solution.own_count() as f64 - solution.covariance.count_data(&solution.problem))
-            .max(0.0),
-        is_stated: solution.states_noise(),
-        standardized: fitted.deviations.iter().flatten().flat_map(whiten).collect(),
-        trends: trends(solution, &fitted.deviations, |slope, _| Some(slope.p_value)),
-    };
-    let mut diagnostics = fitted.diagnostics(&parameters, silent, tested);
-    if fitted.request.options.depth >= Depth::Everything {
-        diagnostics.contours = contours(solution, &solution.covariance, &drawn, None);
-    }
-    diagnostics
 }

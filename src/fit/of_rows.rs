@@ -4,11 +4,10 @@ use std::sync::Arc;
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::common::{Fitted, Tested};
-use super::deviations::{trends, whiten};
-use super::error::Request;
-use super::regions;
-use super::{Depth, Diagnostics, Estimate, Fit, FitError, Status, notes};
+use super::common::{Fitted, Own};
+use super::deviations::trends;
+use super::request::Request;
+use super::{Depth, Estimate, Fit, FitError, Status, doubts};
 use crate::measurement::dataset::Shot;
 use crate::measurement::number::plain;
 use crate::measurement::observable::Observable;
@@ -20,8 +19,6 @@ use crate::problem::{self, Finding, Id, MANY_SHOTS, Policy, RowsChoices, RowsFit
 /// A fit with what it was fitted to.
 struct OfRows<'a> {
     common: Fitted<'a>,
-    shots: &'a [&'a Shot],
-    depth: Depth,
     rows: RowsFit,
 }
 
@@ -29,8 +26,7 @@ struct OfRows<'a> {
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let Request { dataset, options, .. } = request;
     let shots: Vec<&Shot> = dataset.shots.iter().collect();
-    let depth = if shots.len() > MANY_SHOTS { options.depth.min(Depth::Intervals) } else { options.depth };
-    let without_profiles = depth < Depth::Intervals;
+    let without_profiles = options.depth < Depth::Intervals;
     let choices = RowsChoices { fidelity: options.fidelity, loss: options.loss, without_profiles };
     let rows = fit_rows(dataset, &shots, &choices, &Policy::default());
     let rows = rows.map_err(|error| request.of_rows(error))?;
@@ -40,29 +36,21 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         solution: Arc::new(rows.solution.clone()),
         deviations: rows.solution.deviations(),
     };
-    let fitted = OfRows { common, shots: &shots, depth, rows };
+    let fitted = OfRows { common, rows };
     let mut fit = fitted.fit();
     let mut deviations = fitted.common.deviations.iter().flatten();
     let has_topspin = deviations.any(|found| found.spins[0] > 0.0);
-    notes::comment(&mut fit, dataset, &shots, has_topspin, []);
+    doubts::comment(&mut fit, dataset, &shots, has_topspin, []);
     Ok(fit)
 }
 
 impl OfRows<'_> {
     /// Returns the fit without its remarks.
     fn fit(&self) -> Fit {
-        let RowsFit { solution, as_free, .. } = &self.rows;
-        let mut estimates = self.rows.estimates.clone();
-        let kappa = solution.value(Id::Kappa);
-        if kappa != 0.0 && estimates.iter().all(|estimate| estimate.parameter != Parameter::Kappa) {
-            estimates.push(Estimate::bare(Parameter::Kappa, kappa, Status::Fixed));
-            estimates.sort_by_key(|estimate| estimate.parameter as usize);
-        }
-        let is_known = |observable| self.noise_of(observable).is_none_or(|noise| noise.is_known);
-        let mut fit = self.common.bare(estimates, as_free, is_known);
+        let mut fit = self.common.fit(self.own());
         for rejected in &mut fit.shots_rejected {
             let is_lost = |finding: &Finding| matches!(finding, Finding::LostShots { names } if names.contains(&rejected.shot));
-            if solution.findings.iter().any(is_lost) {
+            if self.rows.solution.findings.iter().any(is_lost) {
                 rejected.reason.push_str(&self.worst(&rejected.shot).unwrap_or_default());
             }
         }
@@ -72,13 +60,52 @@ impl OfRows<'_> {
             noise.estimated_sd = Some(if found.is_known { found.sd } else { f64::NAN });
             noise.rounding = is_rounding.then_some(found.rounding);
         }
-        fit.diagnostics = self.diagnostics(&fit);
+        for residual in &mut fit.residuals {
+            if self.noise_of(residual.observable).is_some_and(|noise| !noise.is_known) {
+                (residual.sd, residual.standardized) = (f64::NAN, f64::NAN);
+            }
+        }
         fit
+    }
+
+    fn own(&self) -> Own<'_> {
+        let Self { common, rows: RowsFit { solution, as_free, noises, dof, estimates, .. } } = self;
+        let mut estimates = estimates.clone();
+        let kappa = solution.value(Id::Kappa);
+        if kappa != 0.0 && estimates.iter().all(|estimate| estimate.parameter != Parameter::Kappa) {
+            estimates.push(Estimate::bare(Parameter::Kappa, kappa, Status::Fixed));
+            estimates.sort_by_key(|estimate| estimate.parameter as usize);
+        }
+        let of_status = |is_wanted: &dyn Fn(&Estimate) -> bool| -> Vec<Parameter> {
+            estimates.iter().filter(|e| is_wanted(e)).map(|e| e.parameter).collect()
+        };
+        let is_informed = |e: &Estimate| solution.is_informed(Id::from(e.parameter));
+        let is_silent = |e: &Estimate| e.status == Status::NotIdentified;
+        let is_of_contact = |e: &Estimate| !e.parameter.is_of_balls();
+        let has_regions = !solution.problem.is_robust()
+            && self.rows.knows_noise()
+            && common.request.dataset.shots.len() <= MANY_SHOTS;
+        // also those at bounds, at which their regions end
+        let has_region = |e: &Estimate| has_regions && (e.std_error.is_some() || e.is_at_bound());
+        Own {
+            errors: as_free,
+            combined: of_status(&|e| {
+                is_of_contact(e) && (e.status == Status::Free || is_silent(e)) && is_informed(e)
+            }),
+            silent: of_status(&|e| is_silent(e) && !is_informed(e)),
+            drawn: of_status(&|e| is_of_contact(e) && has_region(e)),
+            dof_of_noise: *dof,
+            chi2: solution.chi2_of_all(),
+            dof: solution.dof() as f64,
+            is_stated: noises.is_empty() && solution.weights().is_empty(),
+            trends: trends(solution, &common.deviations, |slope, _| self.chance(slope)),
+            estimates,
+        }
     }
 
     /// Returns which number of a shot is farthest from what the fit of the others predicts.
     fn worst(&self, name: &str) -> Option<String> {
-        let shot = self.shots.iter().find(|shot| shot.name == name)?;
+        let shot = self.common.request.dataset.shots.iter().find(|shot| shot.name == name)?;
         let value = |id: Id| self.rows.solution.value(id);
         let mut model = self.common.request.dataset.model(Fidelity::Full);
         if self.common.settings.falls {
@@ -105,36 +132,6 @@ impl OfRows<'_> {
     /// Returns the noise of an observable, if it was estimated.
     fn noise_of(&self, observable: Observable) -> Option<&problem::TableNoise> {
         self.rows.noises.iter().find(|noise| noise.observables.contains(&observable))
-    }
-
-    fn diagnostics(&self, fit: &Fit) -> Diagnostics {
-        let Self { common, rows: RowsFit { solution, as_free, noises, dof, .. }, depth, .. } = self;
-        let is_informed = |estimate: &Estimate| solution.is_informed(Id::from(estimate.parameter));
-        let is_silent = |estimate: &Estimate| estimate.status == Status::NotIdentified;
-        let free = fit.of_contact().filter(|e| e.status == Status::Free || is_silent(e));
-        let free: Vec<Parameter> = free.filter(|e| is_informed(e)).map(|e| e.parameter).collect();
-        let silent = fit.estimates.iter().filter(|e| is_silent(e) && !is_informed(e));
-        let silent = silent.map(|e| e.parameter).collect();
-        let tested = Tested {
-            chi2: solution.chi2_of_all(),
-            dof: fit.dof as f64,
-            is_stated: noises.is_empty() && solution.weights().is_empty(),
-            standardized: common.deviations.iter().flatten().flat_map(whiten).collect(),
-            trends: trends(solution, &common.deviations, |slope, _| self.chance(slope)),
-        };
-        let mut diagnostics = common.diagnostics(&free, silent, tested);
-        diagnostics.has_rival = fit.estimates.iter().any(|estimate| estimate.includes_other_minimum);
-        if *depth < Depth::Everything || fit.is_refuted() {
-            return diagnostics;
-        }
-        if diagnostics.robust.is_none() && self.rows.knows_noise() {
-            let has_error = |estimate: &&Estimate| estimate.std_error.is_some();
-            // also those at bounds, at which their regions end
-            let drawn = fit.of_contact().filter(|estimate| has_error(estimate) || estimate.is_at_bound());
-            let drawn: Vec<&Estimate> = drawn.collect();
-            diagnostics.contours = regions::contours(solution, as_free, &drawn, *dof);
-        }
-        diagnostics
     }
 
     /// Returns the probability of a slope by chance; the noise that is estimated from the same

@@ -41,13 +41,9 @@ pub(crate) struct Level {
     /// Points of the closed edge, within the bounds: values of the first and of the second
     /// parameter.
     pub(crate) edge: Vec<[f64; 2]>,
-    /// The edge of the region if χ² were the parabola that it is at the minimum.
-    #[serde(skip)]
-    pub(crate) ellipse: Vec<[f64; 2]>,
 }
 
-/// Returns the regions of all pairs of some estimates with this covariance; `dof` are the degrees
-/// of freedom of a noise that was estimated. The edge of a pair of parabolas is its ellipse.
+/// Returns the regions of all pairs; `dof` are those of a noise that was estimated.
 pub(in crate::fit) fn contours(
     solution: &Solution,
     covariance: &Estimates,
@@ -88,14 +84,13 @@ fn contour(
             let along = rise.sqrt() * (root * Vector2::new(cos, sin));
             [centre[0] + along.x, centre[1] + along.y]
         };
-        let ellipse: Vec<[f64; 2]> = (0..POINTS).map(point).collect();
-        let inside = |point: &[f64; 2]| [0, 1].map(|i| point[i].clamp(bounds[i][0], bounds[i][1]));
+        let inside = |point: [f64; 2]| [0, 1].map(|i| point[i].clamp(bounds[i][0], bounds[i][1]));
         let edge = if is_parabola {
-            ellipse.iter().map(inside).collect()
+            (0..POINTS).map(point).map(inside).collect()
         } else {
             solution.region(ids.map(|id| id as usize), &root, rise)?
         };
-        Some(Level { probability, rise, edge, ellipse })
+        Some(Level { probability, rise, edge })
     };
     let levels: Option<Vec<Level>> = LEVELS.into_iter().map(level).collect();
     Some(Contour { parameters: pair.map(|estimate| estimate.parameter), centre, levels: levels? })

@@ -24,13 +24,10 @@ use crate::problem::{DiscImpact, Id, Solution};
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Fit {
-    /// Name of the data set.
     pub(crate) dataset: String,
-    /// The label that was fitted by itself, if `[fit] by` asks for it: (column, label).
+    /// Column and label that was fitted by itself, if `[fit] by` asks for it.
     pub(crate) group: Option<(String, String)>,
-    /// Which cloth it was measured on.
     pub(crate) cloth: Option<String>,
-    /// Who measured it, how and when.
     pub(crate) source: Option<String>,
     /// The cue ball; of discs, the disc that stands for both.
     pub(crate) ball: Ball,
@@ -44,29 +41,22 @@ pub struct Fit {
     pub(crate) rolling: Option<Measured>,
     /// The name of the fidelity, as on the command line.
     pub(crate) fidelity: &'static str,
-    /// The estimates of the parameters that the fit has, in the order of
-    /// [`Parameter::ALL`](crate::measurement::parameter::Parameter::ALL).
+    /// The estimates, in the order of `Parameter::ALL`.
     pub(crate) estimates: Vec<Estimate>,
-    /// The correlation matrix, with a row and a column for each of the estimates; NaN for those
-    /// without a standard error.
+    /// The correlations of the estimates; NaN for those without a standard error.
     pub(crate) correlation: DMatrix<f64>,
-    /// χ²: the sum of squared standardized residuals of what [`Fit::counted`] names, priors
-    /// included.
+    /// Sum of squared standardized residuals of what [`Fit::counted`] names, priors included.
     pub(crate) chi2: f64,
-    /// Degrees of freedom: measured numbers less all unknowns that they determine, those of single
-    /// shots included.
+    /// Measured numbers less all unknowns that they determine, those of single shots included.
     pub(crate) dof: usize,
     /// How the noise of each observable was known, in the order of first appearance.
     pub(crate) noise: Vec<Noise>,
-    /// The shots that were left out, with the reasons.
     pub(crate) shots_rejected: Vec<Rejected>,
     /// Measurements of every shot of discs.
     pub(crate) disc_shots: Vec<DiscImpact>,
-    /// Scatter of discs: by how much shots differ beyond the errors of their frames. It is part of
-    /// the errors.
+    /// Differences of shots of discs beyond the errors of their frames, a part of the errors.
     pub(crate) scatter: Option<Scatter>,
-    /// Friction curve of discs: points of J_t/J_n against the slip over the closing speed, as
-    /// fitted; empty if the shots do not determine it.
+    /// J_t/J_n of discs against the slip over the closing speed, as fitted; empty if undetermined.
     pub(crate) friction_curve: Vec<[f64; 2]>,
     /// The camera of footage as it was fitted, and what else was found of the film.
     pub(crate) camera: Option<FoundCamera>,
@@ -74,12 +64,10 @@ pub struct Fit {
     pub(crate) footage: bool,
     /// The error budgets of μ, μ_s and e.
     pub(crate) budget: Vec<crate::problem::Budget>,
-    /// The observations of [`Fit::tested`] one by one; of films of balls the velocities after each
-    /// impact, as its frames show them without the law of the impact.
+    /// Of films of balls the velocities after each impact, without the law of the impact.
     pub(crate) residuals: Vec<Residual>,
     /// The frames of a film of balls against the model.
     pub(crate) frames: Option<FittedFilm>,
-    /// The minimum.
     pub(crate) solution: Arc<Solution>,
     /// How long the fit took, s.
     pub(crate) seconds: f64,
@@ -131,8 +119,7 @@ fn names<S: Serializer>(effects: &Effects, serializer: S) -> Result<S::Ok, S::Er
 }
 
 impl Computed {
-    /// Returns how the shots of each sample of a fit were computed, those of equal effects
-    /// together.
+    /// Returns how the shots were computed, those of equal effects together.
     pub(crate) fn of(solution: &Solution, choice: Option<Fidelity>) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();
         for (sample, shots) in solution.problem.samples.iter().zip(&solution.at.shots) {
@@ -211,13 +198,6 @@ pub(crate) struct Weight {
     pub(crate) weight: f64,
 }
 
-impl Robust {
-    /// Returns the weights by a loss, with errors from the scatter of the shots.
-    pub fn new(loss: Loss, weights: Vec<Weight>) -> Self {
-        Self { loss, tuning_constant: loss.tuning(), covariance: "sandwich", weights }
-    }
-}
-
 /// Standard deviations between shots of discs, beyond the errors of their frames; 0 if they show no
 /// scatter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
@@ -235,17 +215,14 @@ pub(crate) struct Scatter {
 /// The noise of one observable.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Noise {
-    /// The observable.
     pub(crate) observable: Observable,
     /// How many shots have it.
     pub(crate) count: usize,
     /// Root mean square of the raw residuals, SI and radians.
     pub(crate) rms: f64,
-    /// The standard deviation that was estimated from the residuals, SI and radians, if the data
-    /// do not state it; `None` if they do.
+    /// Standard deviation from the residuals, SI and radians; `None` if the data state it.
     pub(crate) estimated_sd: Option<f64>,
-    /// The standard deviation of the rounding of the readings, SI and radians, if it stands for the
-    /// noise, since the residuals are smaller.
+    /// Standard deviation of rounded readings, SI and radians, if the residuals are smaller.
     pub(crate) rounding: Option<f64>,
 }
 
@@ -275,17 +252,12 @@ pub struct Rejected {
 /// One observation after the fit, SI and radians.
 #[derive(Clone, Debug)]
 pub(crate) struct Residual {
-    /// The name of the shot.
     pub(crate) shot: String,
-    /// The observable.
     pub(crate) observable: Observable,
-    /// The measured value.
     pub(crate) measured: f64,
-    /// The value that the model predicts.
     pub(crate) predicted: f64,
-    /// The standard deviation of the observation, with what the uncertain state before the impact
-    /// adds; NaN if it cannot be stated, as with noise that is estimated from the residuals
-    /// without a degree of freedom.
+    /// Standard deviation of the number, the uncertain state before the impact included; NaN if the
+    /// noise is not known.
     pub(crate) sd: f64,
     /// (measured − predicted) / sd.
     pub(crate) standardized: f64,

@@ -107,8 +107,7 @@ impl Fit {
         words_of("determined", values)
     }
 
-    /// Returns the symbol and the error of the parameter of which most of the variance is due to
-    /// masses that were not weighed, and the part of the error that is.
+    /// Returns symbol and error of what unweighed masses mostly limit, and their part of it.
     fn limited_by_masses(&self) -> Option<(&'static str, f64, f64)> {
         self.solution.get(Id::MassRatio)?.prior.filter(|prior| prior.sd >= WEIGHED)?;
         let share = |budget: &Budget| {
@@ -143,8 +142,7 @@ mod tests {
         Arc::make_mut(&mut fit.solution).converged = false;
     }
 
-    /// Doubts that searches of simulated shots seldom raise, the most harmful last: each is said
-    /// whichever others stand beside it.
+    /// Doubts that searches of simulated shots seldom raise, the most harmful last.
     #[test]
     fn the_most_harmful_doubt_is_said_first() {
         let spec = "name = \"a\"\nkind = \"angles\"\nseed = 1\ntruth = { mu = 0.05, mu_s = 0.3, e = 0.94 }\n\

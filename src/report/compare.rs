@@ -38,7 +38,9 @@ pub fn table(comparison: &Comparison) -> String {
 }
 
 fn page(comparison: &Comparison) -> Result<String, ReportError> {
-    let shots = comparison.residuals().map(|(sample, residual)| (sample.shot_name(residual), residual));
+    let shots = comparison
+        .residuals()
+        .map(|(sample, residual)| (format!("{}, {}", sample.title, residual.shot), residual));
     let figures = context! {
         forest => Serde(forest(comparison)),
         residuals => Serde(of_comparison(comparison)),

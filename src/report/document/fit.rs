@@ -296,11 +296,11 @@ fn film(found: &FoundCamera) -> ByName<FilmEntry> {
     let counts =
         |names: [&'static str; 2], counts: [usize; 2]| [0, 1].map(|i| (names[i], Some(counts[i].into())));
     let mut all: Vec<_> =
-        each(&found.corrections, |own| (own.which.name(), estimate(own.value, own.std_error)));
-    all.extend(found.noise_correlation.map(|value| ("noise_correlation", estimate(value, f64::NAN))));
+        each(&found.corrections(), |own| (own.which.name(), estimate(own.value, own.std_error)));
+    all.extend(found.noise_correlation().map(|value| ("noise_correlation", estimate(value, f64::NAN))));
     all.push(("resolution_m", estimate(0.0, f64::NAN)));
-    all.push(("dropped_frames", counts(["shots", "drops"], found.drops)));
-    all.extend(found.spoiled.map(|spoiled| ("left_out_at_impacts", counts(["before", "after"], spoiled))));
+    all.push(("dropped_frames", counts(["shots", "drops"], found.drops())));
+    all.extend(found.spoiled().map(|spoiled| ("left_out_at_impacts", counts(["before", "after"], spoiled))));
     let known = |(key, number): &(&str, Option<Number>)| Some(((*key).to_owned(), number.clone()?));
     named(&all, |(name, numbers)| (name, numbers.iter().filter_map(known).collect()))
 }

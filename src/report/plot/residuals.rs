@@ -51,7 +51,8 @@ pub(in crate::report) fn residuals(fit: &Fit) -> Figure {
 pub(in crate::report) fn of_comparison(comparison: &Comparison) -> Figure {
     let mut observed = Observed::new(comparison.labels.iter());
     for (sample, residual) in comparison.residuals() {
-        observed.add_residual(&sample.label, &sample.shot_name(residual), f64::NAN, residual);
+        let shot = format!("{}, {}", sample.title, residual.shot);
+        observed.add_residual(&sample.label, &shot, f64::NAN, residual);
     }
     let panels = observed.against(SPEED_AXIS);
     observed.figure("Residuals of the joint fit".to_owned(), panels)
