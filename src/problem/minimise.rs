@@ -65,9 +65,9 @@ pub(crate) fn fit(problem: &mut Problem, start: &State) -> Option<Descent> {
     Some(other)
 }
 
-/// Descends a few steps from a grid, of films over places, scale, μ and e with a noise as large as
-/// the first guesses are wrong, of large tables with some of the shots. From the best two, if they
-/// are different, goes on over everything free; returns the lower one.
+/// Descends a few steps from a grid with some of the shots, of films over places, scale, μ and e with
+/// a noise as large as the first guesses are wrong. From the best two, if they are different and
+/// both likely, goes on with all shots over everything free; returns the lower one.
 fn descend_coarsely(problem: &Problem, start: &State) -> Option<Evaluation> {
     let is_film = problem.film().is_some();
     let enough = if is_film { ENOUGH_FILMED } else { ENOUGH_SHOTS };
