@@ -71,6 +71,7 @@ fn every_fidelity_computes_what_is_hard() {
         ("tiny speed", roll(1e-3, 30.0), usual, 1.0),
         ("large speed", roll(1e3, 30.0), usual, 1.0),
         ("much friction", roll(2.0, 30.0), Coefficients { mu: 1.0, ..usual }, 1.0),
+        ("between topspin and draw", shot(3.5, -15.1, [-2.6e-11, -9.7e-11, -1.7e-3]), usual, 1.0004),
         ("light cue ball", roll(2.0, 30.0), usual, 0.01),
         ("heavy cue ball", roll(2.0, 30.0), usual, 100.0),
     ];

@@ -163,7 +163,10 @@ fn follow(shot: &Shot, steps: &[Step]) -> State {
         y = there;
         if let Some((event, value, slope)) = event {
             let later = (value - shot.events(next, &y)[*event]) / slope;
-            y = ahead(&y, later, [&rates], [1.0]);
+            // an event that is grazed has no new place
+            if later.abs() < FIRST_STEP {
+                y = ahead(&y, later, [&rates], [1.0]);
+            }
         }
     }
     y
