@@ -30,7 +30,7 @@ const AFTER_LOSS: f64 = 10.0;
 /// Factor of the damping if the normal equations cannot be solved.
 const UNSOLVABLE: f64 = 10.0;
 
-/// Largest part of the promise of a step that was not made that the next one promises: one that
+/// Largest promise of a step after one that was not made, as a part of that one's: a step that
 /// promises as much is the same step.
 const SHORTER: f64 = 0.5;
 
@@ -133,7 +133,7 @@ struct Marquardt {
     /// Factor of the damping after the next step that is not made.
     growth: f64,
     stall: f64,
-    /// The promise of the last step that was not made, since one was.
+    /// The promise of the last step if it was not made, else infinite.
     failed: f64,
     /// Whether the damping has not been relaxed since a step was made.
     may_relax: bool,

