@@ -42,7 +42,7 @@ pub mod guide;
 pub mod io;
 #[cfg(feature = "fit")]
 pub mod measurement;
-#[cfg(feature = "fit")]
+pub mod name;
 pub mod numerics;
 pub mod physics;
 #[cfg(feature = "fit")]

@@ -4,7 +4,8 @@
 use crate::prelude::*;
 
 /// The rooms in their order; each uses only what stands before it, and itself.
-const ROOMS: [&str; 16] = [
+const ROOMS: [&str; 17] = [
+    "name",
     "numerics",
     "physics",
     "measurement",

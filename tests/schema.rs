@@ -229,7 +229,7 @@ fn the_guide_s_python_reads_the_tables() {
     let page = caromfit::guide::TOPICS.iter().find(|topic| topic.name == "results").unwrap().text;
     let python = page.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
 
-    for table in ["residuals", "shots", "frames"] {
+    for table in ["residuals", "shots"] {
         let file = format!("fits/balls/{table}.csv");
         let (_, after) = python.split_once(&file).unwrap_or_else(|| panic!("{file} is not read"));
         let text = fs::read_to_string(folder.path().join(&file)).unwrap();

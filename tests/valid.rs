@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use caromfit::compare::CompareError;
 use caromfit::measurement::parameter::Prior;
-use caromfit::physics::name::UnknownName;
+use caromfit::name::UnknownName;
 
 use crate::prelude::*;
 

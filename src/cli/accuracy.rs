@@ -42,7 +42,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         refuse!("--kappa is {}; expected more than 0 to {MAX_KAPPA}", args.kappa);
     }
     let dataset = match &args.dataset {
-        Some(path) => with_impacts(io::load(path)?, &|| {}).0,
+        Some(path) => with_impacts(io::load(path)?).0,
         None => accuracy::dataset(args.shots, args.seed)?,
     };
     let shots = accuracy::cue_balls(&dataset);

@@ -23,11 +23,11 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let (datasets, wrong) = progress::load(&args.datasets);
-    let progress = Progress::over_shots(&datasets, 0);
+    let progress = Progress::new(datasets.len());
     let mut documents = Vec::new();
     for dataset in datasets {
         progress.step(&dataset.name);
-        let (dataset, _) = with_impacts(dataset, &|| progress.done());
+        let (dataset, _) = with_impacts(dataset);
         progress.done();
         documents.push(CheckDocument::new(&dataset, &check::check(&dataset)));
     }

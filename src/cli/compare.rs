@@ -43,7 +43,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let (datasets, wrong) = progress::load(&args.datasets);
     unless_none(&wrong, 2)?;
     progress::named_apart(&datasets)?;
-    let progress = Progress::over_shots(&datasets, compare::STAGES);
+    let progress = Progress::new(compare::STAGES);
     let options = Options {
         fidelity: args.fidelity.0,
         loss: args.loss,
@@ -57,7 +57,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         }
         progress.step(stage);
     };
-    let comparison = compare::compare_watched(&datasets, &options, &|| progress.done(), &stage);
+    let comparison = compare::compare_watched(&datasets, &options, &stage);
     drop(progress);
     let comparison = comparison?;
     report::write(&comparison, &args.out)?;

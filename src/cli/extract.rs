@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::fit::{ExtractedDiscs, FittedFilm, extract_discs, with_impacts};
+use crate::fit::{ExtractedDiscs, extract_discs, with_impacts};
 use crate::report::document::ExtractDocument;
 use crate::report::extracted;
 use crate::report::templates;
@@ -35,7 +35,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         format!("{}: its kind is not \"tracks\": it holds no tracks", dataset.path.display())
     }));
     unless_none(&wrong, 2)?;
-    let progress = Progress::over_shots(&datasets, 0);
+    let progress = Progress::new(datasets.len());
     let (mut empty, mut documents) = (Vec::new(), Vec::new());
     for dataset in datasets {
         progress.step(&dataset.name);
@@ -49,13 +49,12 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
                 }
                 (dataset, shots.len(), extracted::lines(&shots))
             } else {
-                let (dataset, film) = with_impacts(dataset, &|| progress.done());
-                let shots = film.as_ref().map_or_else(Vec::new, FittedFilm::impacts);
-                if !shots.is_empty() {
-                    let drawn = film.as_ref().filter(|_| !args.no_pictures);
-                    extracted::write_balls(&dataset, &shots, drawn, &folder)?;
+                let (dataset, film) = with_impacts(dataset);
+                let shots = film.as_ref().map_or(0, |film| film.impacts.len());
+                if let Some(film) = film.filter(|_| shots > 0) {
+                    extracted::write_balls(&dataset, &film, !args.no_pictures, &folder)?;
                 }
-                (dataset, shots.len(), Vec::new())
+                (dataset, shots, Vec::new())
             };
         progress.done();
         let notes = dataset.tracks.iter().flat_map(|tracks| &tracks.notes).cloned().chain(lines);

@@ -114,7 +114,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     // all input is checked before anything is written
     let (datasets, assumed) = load(args)?;
     let baseline = args.baseline.as_deref().map(Stored::read).transpose()?;
-    let progress = Progress::over_shots(&datasets, datasets.len() * args.bootstrap);
+    let progress = Progress::new(datasets.len() * (1 + args.bootstrap));
     let options = Options {
         fidelity: args.fidelity.0,
         falling: args.falling.unwrap_or_default(),

@@ -35,12 +35,6 @@ impl Progress {
         Self(bar)
     }
 
-    /// Shows the work on data sets: a step for each filmed shot and each data set, and others.
-    pub(super) fn over_shots(datasets: &[Dataset], others: usize) -> Self {
-        let filmed = |dataset: &Dataset| dataset.tracks.as_ref().map_or(0, |tracks| tracks.shots.len());
-        Self::new(datasets.iter().map(|dataset| filmed(dataset) + 1).sum::<usize>() + others)
-    }
-
     pub(super) fn step(&self, name: &str) {
         self.0.set_message(name.to_owned());
     }

@@ -58,16 +58,14 @@ fn refuse<T>(why: String) -> Result<T, CompareError> {
 /// # Errors
 /// See [`CompareError`].
 pub fn compare(datasets: &[Dataset], options: &Options) -> Result<Comparison, CompareError> {
-    compare_watched(datasets, options, &|| (), &|_| ())
+    compare_watched(datasets, options, &|_| ())
 }
 
-/// Compares data sets as [`compare`] does and reports progress: `done` is called after every shot
-/// that is fitted, from several threads; `stage` with the name of each of the [`STAGES`] as it
-/// begins.
+/// Compares data sets as [`compare`] does; `stage` is called with the name of each of the [`STAGES`]
+/// as it begins.
 pub(crate) fn compare_watched(
     datasets: &[Dataset],
     options: &Options,
-    done: &(dyn Fn() + Sync),
     stage: &dyn Fn(&str),
 ) -> Result<Comparison, CompareError> {
     if let Some(both) = options.share.iter().find(|quantity| options.per_dataset.contains(quantity)) {
@@ -82,7 +80,7 @@ pub(crate) fn compare_watched(
     }
     let datasets = share_balls(datasets)?;
     stage("each alone");
-    let samples = Samples::fit(&datasets, options, done)?;
+    let samples = Samples::fit(&datasets, options)?;
     stage("fitting all together");
     Joint::new(samples)?.compared(stage)
 }

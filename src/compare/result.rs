@@ -9,8 +9,8 @@ use crate::fit::{Grade, Rejected, Residual};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::written::written_by_name;
+use crate::name::by_name;
 use crate::physics::collision::Fidelity;
-use crate::physics::name::by_name;
 use crate::problem::{Id, Severity, Solution};
 use crate::words::symbol;
 

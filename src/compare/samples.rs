@@ -45,16 +45,12 @@ pub(super) struct Samples<'a> {
 
 impl<'a> Samples<'a> {
     /// Fits every sample alone: by cloth if all cloths are stated and differ, else by data set and
-    /// the labels of `[fit] by`. `done` is called after each shot.
+    /// the labels of `[fit] by`.
     ///
     /// # Errors
     /// Fewer than two labels with shots that can be fitted, or data that cannot be fitted as asked
     /// for.
-    pub fn fit(
-        datasets: &[Dataset],
-        options: &'a Options,
-        done: &(dyn Fn() + Sync),
-    ) -> Result<Self, CompareError> {
+    pub fn fit(datasets: &[Dataset], options: &'a Options) -> Result<Self, CompareError> {
         let by_cloth = datasets.iter().all(|dataset| dataset.cloth.is_some())
             && datasets.iter().any(|dataset| dataset.cloth != datasets[0].cloth);
         let told_by = match datasets {
@@ -78,7 +74,7 @@ impl<'a> Samples<'a> {
                     Some(group) => group,
                     None => whole.name.clone(),
                 };
-                all.add(dataset, title, film, done)?;
+                all.add(dataset, title, film)?;
             }
         }
         let is_fitted = |label: &usize| all.fitted.iter().any(|alone| alone.label == *label);
@@ -93,13 +89,7 @@ impl<'a> Samples<'a> {
     }
 
     /// Fits a part of a data set.
-    fn add(
-        &mut self,
-        dataset: Dataset,
-        title: String,
-        film: usize,
-        done: &(dyn Fn() + Sync),
-    ) -> Result<(), CompareError> {
+    fn add(&mut self, dataset: Dataset, title: String, film: usize) -> Result<(), CompareError> {
         let name = dataset.cloth.as_ref().filter(|_| self.by_cloth).unwrap_or(&title).clone();
         let label = self.labels.iter().position(|known| *known == name).unwrap_or(self.labels.len());
         if label == self.labels.len() {
@@ -108,7 +98,7 @@ impl<'a> Samples<'a> {
         let sample = self.summaries.len();
         let Options { fidelity, loss, .. } = *self.options;
         let choices = fit::Options { fidelity, loss, depth: Depth::Estimates, ..fit::Options::default() };
-        let (shots_used, shots_rejected) = match fit::fit_watched(&dataset, &choices, done) {
+        let (shots_used, shots_rejected) = match fit::fit(&dataset, &choices) {
             Ok(mut fits) => {
                 let fit = fits.remove(0);
                 let shots_used = fit.shots_used();

@@ -6,7 +6,7 @@ use super::{DiscImpact, Estimate, Explanation, Fit, FoundCamera, Noise, Rejected
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::written::written_by_name;
-use crate::physics::name::worded;
+use crate::name::worded;
 use crate::problem::{Finding, Id, Status};
 
 impl Fit {

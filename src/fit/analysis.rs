@@ -24,8 +24,8 @@ pub fn fit(dataset: &Dataset, options: &Options) -> Result<Vec<Fit>, FitError> {
     fit_watched(dataset, options, &|| ())
 }
 
-/// Fits a data set as [`fit`] does and reports progress: `done` is called after every shot of a
-/// film and every replicate of a bootstrap, from several threads.
+/// Fits a data set as [`fit`] does and reports progress: `done` is called after every replicate of
+/// a bootstrap, from several threads.
 ///
 /// # Errors
 /// Those of [`fit`].
@@ -98,11 +98,11 @@ fn is_filmed(dataset: &Dataset) -> bool {
 /// of balls the impacts, of one of discs the shots that can be used. Other data are returned as
 /// they are.
 pub fn extract(dataset: Dataset) -> Dataset {
-    with_impacts(dataset, &|| ()).0
+    with_impacts(dataset).0
 }
 
 /// Returns what [`extract`] does, with findings among its notes, and the fit of a film of balls.
-pub(crate) fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (Dataset, Option<FittedFilm>) {
+pub(crate) fn with_impacts(mut dataset: Dataset) -> (Dataset, Option<FittedFilm>) {
     if !is_filmed(&dataset) {
         return (dataset, None);
     }
@@ -118,7 +118,6 @@ pub(crate) fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (D
         }
     };
     let film = FittedFilm::new(solution, &dataset);
-    let impacts = film.impacts();
     let findings = film.solution.findings.iter();
     let sentences = findings.filter_map(|finding| film_words::sentence(finding, Some(&film)));
     let spins = film_words::unknown_spins(&film).map(|remark| remark.sentence);
@@ -126,11 +125,8 @@ pub(crate) fn with_impacts(mut dataset: Dataset, done: &(dyn Fn() + Sync)) -> (D
     dataset.left_out.extend(film.solution.left_out.iter().cloned());
     let measured = |id| film.shared(id).map(|(value, sd)| Measured::new(value, sd));
     (dataset.sliding, dataset.rolling) = (measured(Id::MuK), measured(Id::MuR));
-    dataset.shots.extend(impacts.iter().map(|impact| impact.shot.clone()));
+    dataset.shots.extend(film.impacts.iter().map(|impact| impact.shot.clone()));
     dataset.tracks.iter_mut().for_each(|tracks| tracks.notes.extend(sentences.iter().cloned()));
-    for _ in &impacts {
-        done();
-    }
     (dataset, Some(film))
 }
 

@@ -14,6 +14,8 @@ pub(crate) struct FittedFilm {
     pub(crate) solution: Arc<Solution>,
     /// The sources of the shots of the fit, in its order.
     tracks: Arc<Vec<TrackShot>>,
+    /// The impacts of all shots that show one, independently of the law of the impact.
+    pub(crate) impacts: Arc<Vec<Impact>>,
     /// Relative standard deviation of the stated scale.
     pub(crate) scale_sd: f64,
 }
@@ -36,9 +38,11 @@ impl FittedFilm {
     pub(crate) fn new(solution: impl Into<Arc<Solution>>, dataset: &Dataset) -> Self {
         let (solution, read) = (solution.into(), dataset.tracks.as_ref());
         let of = |name: &String| read?.shots.iter().find(|track| track.name == *name).cloned();
-        let tracks = solution.names.iter().flatten().filter_map(of).collect();
+        let tracks: Vec<TrackShot> = solution.names.iter().flatten().filter_map(of).collect();
+        let impacts = tracks.par_iter().enumerate().filter_map(|(i, track)| solution.impact(i, track));
+        let impacts = Arc::new(impacts.collect());
         let scale_sd = read.and_then(|tracks| tracks.scale_sd).unwrap_or(0.0);
-        Self { solution, tracks: Arc::new(tracks), scale_sd }
+        Self { solution, tracks: Arc::new(tracks), impacts, scale_sd }
     }
 
     /// Returns the names of the shots.
@@ -59,18 +63,10 @@ impl FittedFilm {
         &self.tracks
     }
 
-    /// Returns the impacts of all shots that show one, independently of the law of the impact.
-    #[must_use]
-    pub fn impacts(&self) -> Vec<Impact> {
-        let all = self.tracks.par_iter().enumerate();
-        all.filter_map(|(i, track)| self.solution.impact(i, track)).collect()
-    }
-
     /// Returns the impact of the shot of this name.
     #[must_use]
-    pub fn impact(&self, name: &str) -> Option<Impact> {
-        let i = self.tracks.iter().position(|track| track.name == name)?;
-        self.solution.impact(i, &self.tracks[i])
+    pub fn impact(&self, name: &str) -> Option<&Impact> {
+        self.impacts.iter().find(|impact| impact.shot.name == name)
     }
 
     /// Returns shot `i` with its frames.
@@ -96,10 +92,7 @@ impl FittedFilm {
     /// Returns the unknowns of each shot, with its name: impact, velocity, spins.
     #[must_use]
     pub fn estimates(&self) -> Vec<(&str, Vec<OwnEstimate>)> {
-        let of_shot =
-            |(i, _): (usize, &TrackShot)| self.solution.own_estimates(i, self.origin()).unwrap_or_default();
-        let all: Vec<_> = self.tracks.par_iter().enumerate().map(of_shot).collect();
-        self.names().into_iter().zip(all).collect()
+        self.names().into_iter().zip(self.solution.own_estimates(self.origin())).collect()
     }
 
     /// Returns the estimate of an unknown that all shots share, with its standard error.

@@ -10,7 +10,7 @@ use super::deviations::Trend;
 use crate::fit::Counted;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::written::written_by_name;
-use crate::physics::name::worded;
+use crate::name::worded;
 use crate::problem::Combination;
 
 /// The mean square of standardized residuals below which they are rounding of the search.

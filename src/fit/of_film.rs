@@ -22,13 +22,12 @@ const TOPSPIN: f64 = 0.1;
 
 /// Fits all frames of a film.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
-    let Request { dataset, options, done, .. } = request;
+    let Request { dataset, options, .. } = request;
     let (model, settings) = fitted_with(&request)?;
     let is_auto = options.fidelity.is_none();
     let modelling = Modelling { model, settings, is_auto, loss: options.loss.unwrap_or(dataset.loss) };
     let solution = fit_film(dataset, &modelling, &Policy::default());
     let film = FittedFilm::new(solution.map_err(|error| request.of_film(error))?, dataset);
-    let impacts = film.impacts();
     let mut deviations = film.solution.deviations();
     for (found, track) in deviations.iter_mut().zip(film.tracks()) {
         let Some(found) = found else { continue };
@@ -69,13 +68,10 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         frames: Some(film.clone()),
         ..fitted.fit(own)
     };
-    let shots: Vec<&Shot> = impacts.iter().map(|impact| &impact.shot).collect();
+    let shots: Vec<&Shot> = film.impacts.iter().map(|impact| &impact.shot).collect();
     let has_topspin = film.solution.topspins().iter().any(|(_, topspin)| *topspin > TOPSPIN);
     let of_film = film_words::of_film(&film);
     doubts::comment(&mut fit, dataset, &shots, has_topspin, of_film);
-    for _ in &impacts {
-        done();
-    }
     Ok(fit)
 }
 

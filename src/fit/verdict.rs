@@ -11,7 +11,7 @@ use super::film_words::words_of;
 use super::{Budget, Fit, Id, Status};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::written::written_by_name;
-use crate::physics::name::{by_name, worded};
+use crate::name::{by_name, worded};
 use crate::problem::Severity;
 
 /// Part of all shots of a film that may be left out as wrong ones now and then.

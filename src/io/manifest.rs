@@ -15,10 +15,10 @@ use crate::measurement::fault::{Condition, Fault, INERTIA};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Prior, Setting, Settings};
 use crate::measurement::spin::Spin;
+use crate::name::worded;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{POISSON, kappa};
 use crate::physics::disc::{Discs, UNIFORM_DISC};
-use crate::physics::name::worded;
 
 /// Maximum length of a data set's name, bytes: with suffixes below the 255 of file systems.
 const MAX_NAME_BYTES: usize = 200;

@@ -1,6 +1,6 @@
 //! Distortions of a film by its camera that are stated or estimated.
 
-use crate::physics::name::worded;
+use crate::name::worded;
 
 worded! {
     /// Distortions of a film by its camera; src/problem/film/camera.rs gives the equations.

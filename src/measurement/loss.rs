@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::physics::name::{by_name, worded};
+use crate::name::{by_name, worded};
 
 worded! {
     /// How much a shot counts that lies far from its prediction.

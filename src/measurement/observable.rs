@@ -5,7 +5,7 @@ use std::str::FromStr;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::physics::name::{UnknownName, named};
+use crate::name::{UnknownName, named};
 
 /// A value with its standard deviation, if the data give one; as JSON an estimate with its standard
 /// error.

@@ -1,8 +1,8 @@
 //! The parameters of a fit: their names, bounds, starting values and priors.
 
 use super::fault::{FINITE, Fault, POSITIVE};
+use crate::name::{by_name, worded};
 use crate::physics::collision::{Coefficients, MAX_KAPPA, Model};
-use crate::physics::name::{by_name, worded};
 
 worded! {
     /// A parameter that a fit can estimate, in the order of every vector and matrix of a fit.

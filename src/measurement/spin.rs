@@ -1,7 +1,7 @@
 //! The spin of the cue ball before an impact, as far as it is known.
 
+use crate::name::by_name;
 use crate::physics::ball::Vec3;
-use crate::physics::name::by_name;
 
 /// The cue ball's spin before the impact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

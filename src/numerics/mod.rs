@@ -1,7 +1,12 @@
 //! Numbers and numerical methods that know no balls.
+#[cfg(feature = "fit")]
 pub mod bounded_step;
+#[cfg(feature = "fit")]
 pub(crate) mod dense;
+pub(crate) mod dormand_prince;
+#[cfg(feature = "fit")]
 pub mod least_squares;
+#[cfg(feature = "fit")]
 pub(crate) mod number;
 
 /// Median absolute deviation of a normal distribution, in units of its standard deviation.

@@ -5,7 +5,6 @@ pub mod collision;
 pub mod contact_frame;
 pub mod disc;
 pub mod friction_law;
-pub mod name;
 
 use num_dual::DualNum;
 

@@ -3,7 +3,7 @@
 
 use super::findings::Finding;
 use super::minimise::{
-    COMPARED_STEPS, Descent, ENOUGH_SHOTS, ROUGH, Thinned, descend, descend_with_noise, thin,
+    COMPARED_STEPS, Descent, ENOUGH_SHOTS, FAR, ROUGH, Thinned, descend, descend_with_noise, thin,
 };
 use super::policy::Policy;
 use super::problem::{Evaluation, Problem, State};
@@ -23,8 +23,9 @@ pub(super) fn choose_effects(
     if is_auto && compliance == Compliance::Auto {
         findings.extend(comply(problem, descent, policy));
     }
-    // the integrated contact is compliant, which one that is stated to be rigid is not
-    if is_auto && compliance != Compliance::Rigid || problem.is_weighed() {
+    let is_refuted = matches!(findings[..], [Finding::Compliance { fall, .. }] if fall < -policy.adopt);
+    // the integrated contact is compliant, which one that is stated or seen to be rigid is not
+    if is_auto && compliance != Compliance::Rigid && !is_refuted || problem.is_weighed() {
         let least = if is_auto { policy.adopt } else { f64::NEG_INFINITY };
         let weigh = |problem: &mut Problem, state: &mut State| problem.weigh(state);
         let Tried { shots, fall, adopted } = adopt(problem, descent, weigh, least);
@@ -76,7 +77,11 @@ fn adopt(
     let attempt = |problem: &Problem, from: &Evaluation| {
         let (mut other, mut state) = (problem.clone(), from.state.clone());
         add(&mut other, &mut state);
-        let with = descend(&other, other.evaluate(state), &other.free(), (COMPARED_STEPS, ROUGH));
+        let free = other.free();
+        let mut with = descend(&other, other.evaluate(state), &free, (COMPARED_STEPS, FAR));
+        if with.end.cost - from.cost < FAR {
+            with = descend(&other, with.end, &free, (COMPARED_STEPS, ROUGH));
+        }
         let shots: usize = other.samples.iter().map(|sample| sample.block.count_corrected()).sum();
         let fall = from.cost - with.end.cost;
         (other, with, Tried { shots, fall, adopted: fall > least })

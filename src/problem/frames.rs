@@ -90,38 +90,44 @@ pub(crate) fn whiten<const R: usize>(
     carries: bool,
     see: impl Fn(&Frame) -> (usize, [SVector<f64, R>; 2]),
 ) -> Vec<Sight<R>> {
-    let mut last: Option<(usize, f64, [SVector<f64, R>; 2])> = None;
-    let mut sights: Vec<Sight<R>> = Vec::with_capacity(frames.len());
-    for (index, frame) in frames.iter().enumerate().filter(|(_, frame)| frame.used) {
+    let used = frames.iter().enumerate().filter(|(_, frame)| frame.used);
+    let raw = |(index, frame): (usize, &Frame)| {
         let (piece, rows) = see(frame);
-        let sums = [NoiseSums::default(); 2];
-        let mut sight = Sight { index, time: frame.time, piece, rows, carried: None, sums };
-        let before = last.replace((piece, frame.time, rows)).filter(|(on, ..)| carries || *on == piece);
+        Sight { index, time: frame.time, piece, rows, carried: None, sums: Default::default() }
+    };
+    let mut sights = Vec::with_capacity(frames.len());
+    sights.extend(used.map(raw));
+    // from the end, so that the frame before is not whitened yet
+    for place in (0..sights.len()).rev() {
+        let (earlier, later) = sights.split_at_mut(place);
+        let sight = &mut later[0];
+        let weight = &frames[sight.index].weight;
+        let before = earlier.last().filter(|before| carries || before.piece == sight.piece);
         for axis in 0..2 {
             let (sums, row) = (&mut sight.sums[axis], &mut sight.rows[axis]);
-            sums.count = frame.weight[axis].powi(2).min(1.0);
-            let before = before.as_ref().filter(|_| frame.weight[axis] > 0.0);
-            let Some((on, then, rows_before)) = before else { continue };
-            sums.lagged = row[R - 1] * rows_before[axis][R - 1];
+            sums.count = weight[axis].powi(2).min(1.0);
+            let Some(before) = before.filter(|_| weight[axis] > 0.0) else { continue };
+            let row_before = &before.rows[axis];
+            sums.lagged = row[R - 1] * row_before[R - 1];
             sums.square = row[R - 1].powi(2);
-            let frames = ((frame.time - then) * fps).round().clamp(1.0, 1e6);
+            let frames = ((sight.time - before.time) * fps).round().clamp(1.0, 1e6);
             let kept = rho[axis].powi(frames as i32);
             if !(kept > 0.0) {
                 continue;
             }
             let fresh = (1.0 - kept * kept).sqrt().recip();
             sums.ln_determinant = -2.0 * fresh.ln();
-            let mut carried = rows_before[axis] * (kept * fresh);
             *row *= fresh;
-            if *on == piece {
-                *row -= carried;
+            if before.piece == sight.piece {
+                row.axpy(-kept * fresh, row_before, 1.0);
             } else {
-                row[R - 1] -= std::mem::take(&mut carried[R - 1]);
-                let both = sight.carried.get_or_insert_with(|| (*on, Box::new([SVector::zeros(); 2])));
-                both.1[axis] = -carried;
+                row[R - 1] -= kept * fresh * row_before[R - 1];
+                let zeros = || (before.piece, Box::new([SVector::zeros(); 2]));
+                let carried = &mut sight.carried.get_or_insert_with(zeros).1[axis];
+                *carried = row_before * (-kept * fresh);
+                carried[R - 1] = 0.0;
             }
         }
-        sights.push(sight);
     }
     sights
 }

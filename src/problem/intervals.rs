@@ -10,8 +10,8 @@ use super::solution::Solution;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode};
 use crate::measurement::parameter::{Parameter, Setting, Settings};
+use crate::name::{by_name, worded};
 use crate::numerics::EXACT;
-use crate::physics::name::{by_name, worded};
 
 /// Halvings for the edge of a range of values on which χ² does not depend.
 const HALVINGS: usize = 45;

@@ -51,7 +51,7 @@ const MAX_ROUNDS: usize = 10;
 pub(crate) fn fit(problem: &mut Problem, start: &State) -> Option<Descent> {
     let end = |problem: &mut Problem| {
         let coarse = descend_coarsely(problem, start)?;
-        Some(descend_with_noise(problem, coarse.state))
+        Some(descend_with_noise(problem, coarse))
     };
     let mut sliding = problem.clone();
     let is_open = sliding.film_mut().is_some_and(FilmBlock::slide);
@@ -68,8 +68,8 @@ pub(crate) fn fit(problem: &mut Problem, start: &State) -> Option<Descent> {
 
 /// Descends a few steps from a grid with some of the shots, of films over places, scale, μ and e with
 /// a noise as large as the first guesses are wrong. From the best two, if they are different and
-/// both likely, goes on with all shots over everything free; returns the lower one.
-fn descend_coarsely(problem: &Problem, start: &State) -> Option<Evaluation> {
+/// both likely, goes on with all shots over everything free to the lower one.
+fn descend_coarsely(problem: &Problem, start: &State) -> Option<State> {
     let is_film = problem.film().is_some();
     let enough = if is_film { ENOUGH_FILMED } else { ENOUGH_SHOTS };
     let Thinned { problem: mut coarser, state, factor } = thin(problem, start, enough);
@@ -83,17 +83,16 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<Evaluation> {
     let mut coarse = descend_from_grid(&coarser, &state, &free, COARSE_STEPS[usize::from(!is_film)]);
     let least = coarse.first()?.cost;
     coarse.retain(|end| factor * (end.cost - least) < FAR);
-    if factor == 1.0 && coarse.len() == 1 {
-        return coarse.pop();
-    }
-    let go_on = |coarse: Evaluation| {
+    let of_all = |coarse: Evaluation| {
         let own = if factor == 1.0 { coarse.state.own } else { start.own.clone() };
-        let state = State { own, shared: coarse.state.shared };
-        descend(problem, problem.evaluate(state), &problem.free(), (COMPARED_STEPS, ROUGH)).end
+        State { own, shared: coarse.state.shared }
     };
-    let mut ends = coarse.into_iter().take(2).map(go_on);
-    let first = ends.next()?;
-    Some(ends.next().filter(|second| second.cost < first.cost - STALL).unwrap_or(first))
+    let mut starts = coarse.into_iter().take(2).map(of_all);
+    let (first, second) = (starts.next()?, starts.next());
+    let Some(second) = second else { return Some(first) };
+    let [first, second] = [first, second]
+        .map(|start| descend(problem, problem.evaluate(start), &problem.free(), (COMPARED_STEPS, ROUGH)).end);
+    Some(if second.cost < first.cost - STALL { second.state } else { first.state })
 }
 
 /// Descends some steps over the unknowns `free` from a grid in μ and κ; returns the different
@@ -183,10 +182,12 @@ pub(crate) fn descend_with_noise(problem: &mut Problem, mut state: State) -> Des
         let end = descend(problem, problem.evaluate(state), &problem.free(), (MAX_STEPS, ROUGH)).end;
         round += 1;
         // noise and spreads of wrong states are meaningless
-        let settled = !changed && noise::update(problem, &end);
+        let mut next = problem.clone();
+        let settled = !changed && noise::update(&mut next, &end);
         if settled || round == MAX_ROUNDS {
-            return problem.descend(end.state);
+            return descend(problem, end, &problem.free(), (MAX_STEPS, STALL));
         }
+        *problem = next;
         state = end.state;
     }
 }

@@ -150,10 +150,11 @@ fn restricted(problem: &Problem, at: &Evaluation, (sample, rho): (usize, f64), d
 fn count_own(block: &Block, own: &[Eliminated]) -> f64 {
     let of_shot = |(i, own): (usize, &Eliminated)| {
         let priors = block.own_priors(i);
-        let without_prior = (own.covariance.ncols() - priors.len()) as f64;
+        let covariance = own.covariance();
+        let without_prior = (covariance.ncols() - priors.len()) as f64;
         let with_prior = priors.into_iter().filter_map(|(place, prior)| {
             let sd = prior.normal(block.spreads())?.sd;
-            Some((1.0 - own.covariance[(place, place)] / (sd * sd)).clamp(0.0, 1.0))
+            Some((1.0 - covariance[(place, place)] / (sd * sd)).clamp(0.0, 1.0))
         });
         without_prior + with_prior.sum::<f64>()
     };

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
 use super::block::Block;
@@ -58,15 +58,20 @@ pub(crate) struct Evaluation {
 pub(crate) struct Eliminated {
     /// Response of the own unknowns to the shared ones, and in the last column to the residuals.
     response: DMatrix<f64>,
-    /// Covariance of the own unknowns at given shared ones.
-    pub(crate) covariance: DMatrix<f64>,
+    /// Factor of the normal matrix of the own unknowns.
+    factor: Cholesky<f64, Dyn>,
 }
 
 impl Eliminated {
+    /// Returns the covariance of the own unknowns at given shared ones.
+    pub(crate) fn covariance(&self) -> DMatrix<f64> {
+        self.factor.inverse()
+    }
+
     /// Returns the variance at given shared unknowns of a number with these derivatives.
     pub(crate) fn variance(&self, by: &DVector<f64>) -> f64 {
-        let by = by.rows(0, self.covariance.ncols());
-        by.dot(&(&self.covariance * by))
+        let by = by.rows(0, self.response.nrows());
+        by.dot(&self.factor.solve(&by))
     }
 }
 
@@ -279,11 +284,11 @@ impl Evaluation {
                 sum += shot.products.view((own, own), (shared + 1, shared + 1));
                 squares += shot.products[(own + shared, own + shared)];
                 let (matrix, beside) = shot.own_system();
-                let cholesky = matrix.cholesky()?;
-                let response = cholesky.solve(&beside);
+                let factor = matrix.cholesky()?;
+                let response = factor.solve(&beside);
                 sum.gemm_tr(-1.0, &beside, &response, 1.0);
-                own_ln_determinant += 2.0 * cholesky.l_dirty().diagonal().iter().map(|l| l.ln()).sum::<f64>();
-                of_sample.push(Eliminated { response, covariance: cholesky.inverse() });
+                own_ln_determinant += factor.ln_determinant();
+                of_sample.push(Eliminated { response, factor });
             }
             let place = |i: usize| if i == shared { last } else { sample.columns[i] };
             for i in 0..=shared {
@@ -348,8 +353,7 @@ impl Reduced {
         let cholesky = self.matrix(columns).cholesky()?;
         let gradient = self.gradient(columns);
         let least = self.products[(self.last(), self.last())] - gradient.dot(&cholesky.solve(&gradient));
-        let of_shared = 2.0 * cholesky.l_dirty().diagonal().iter().map(|l| l.ln()).sum::<f64>();
-        Some((least, self.own_ln_determinant + of_shared))
+        Some((least, self.own_ln_determinant + cholesky.ln_determinant()))
     }
 
     /// Returns the derivatives of own unknowns of shot `i` of a sample by these shared unknowns: a

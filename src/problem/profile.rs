@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use nalgebra::{DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
-use super::minimise::{ROUGH, STALL, descend};
+use super::minimise::descend;
 use super::problem::{Evaluation, Problem};
 use super::solution::Solution;
 use super::unknowns::Id;
@@ -65,7 +65,7 @@ impl Solution {
         let (value, sd) = (self.at.state.shared.0[column], self.covariance.sd(column)?);
         let [low, high] = self.problem.unknowns[column].bounds;
         let is_parabola = |to: f64| {
-            let rise = least_at(&self.problem, &self.at, &[(column, to)], ROUGH)
+            let rise = least_at(&self.problem, &self.at, &[(column, to)], DIFFERENT * t * t)
                 .map_or(f64::INFINITY, |there| (there.cost - self.at.cost).max(0.0).sqrt());
             (low..=high).contains(&to) && (rise / t - 1.0).abs() < DIFFERENT
         };
@@ -119,7 +119,8 @@ fn reach<const N: usize>(
     let mut outside: Option<(f64, f64)> = None;
     let mut trial = first.min(limit);
     for count in 0..MAX_POINTS[usize::from(problem.rows().is_none())] {
-        let there = least_at(problem, &inside.2, &place(trial), STALL);
+        // half as precise as χ² is told apart
+        let there = least_at(problem, &inside.2, &place(trial), precision * t * t);
         let rise = there.as_ref().map_or(f64::INFINITY, |at| (at.cost - minimum.cost).max(0.0).sqrt());
         if (rise - t).abs() <= precision * t {
             return Some(trial);

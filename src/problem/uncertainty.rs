@@ -97,10 +97,11 @@ impl Estimates {
                 Some(local) => f64::from(reduced.columns[sample][local] == self.columns[column]),
             });
         let mut all = &by * &self.covariance * by.transpose();
+        let of_own = reduced.own[sample][i].covariance();
         let free: Vec<usize> = (0..own).filter(|place| !held[*place]).collect();
         for a in &free {
             for b in &free {
-                all[(*a, *b)] += reduced.own[sample][i].covariance[(*a, *b)];
+                all[(*a, *b)] += of_own[(*a, *b)];
             }
         }
         all
@@ -109,15 +110,15 @@ impl Estimates {
     /// Returns the variance of a number of shot `i` of a sample with these derivatives by its own
     /// unknowns and the shared ones.
     pub(crate) fn variance(&self, reduced: &Reduced, (sample, i): (usize, usize), by: &DVector<f64>) -> f64 {
-        let shot = &reduced.own[sample][i];
-        let own = shot.covariance.ncols();
-        let mut by_shared = reduced.response(sample, i, &self.columns).tr_mul(&by.rows(0, own));
+        let response = reduced.response(sample, i, &self.columns);
+        let own = response.nrows();
+        let mut by_shared = response.tr_mul(&by.rows(0, own));
         for (by_local, column) in by.iter().skip(own).zip(&reduced.columns[sample]) {
             if let Some(place) = self.position(*column) {
                 by_shared[place] += by_local;
             }
         }
-        shot.variance(by) + by_shared.dot(&(&self.covariance * &by_shared))
+        reduced.own[sample][i].variance(by) + by_shared.dot(&(&self.covariance * &by_shared))
     }
 
     /// Returns half of d²χ²/dx² and of dχ²/dx of other unknowns if the estimates follow them.

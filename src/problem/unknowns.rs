@@ -4,7 +4,7 @@ use nalgebra::DVector;
 use serde::{Serialize, Serializer};
 
 use crate::measurement::parameter::Parameter;
-use crate::physics::name::worded;
+use crate::name::worded;
 
 /// Values of the unknowns that a shot has of its own.
 pub(crate) type Own = DVector<f64>;

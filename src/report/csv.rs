@@ -1,4 +1,4 @@
-//! residuals.csv, shots.csv and frames.csv of a fit, and tables as CSV.
+//! residuals.csv and shots.csv of a fit, and tables as CSV.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -18,10 +18,6 @@ use crate::problem::OwnEstimate;
 /// (`caromfit help results`).
 pub const RESIDUALS: &str =
     "shot,observable,unit,measured,predicted,sd,standardized,cut_deg,speed_m_s,t_s,ball,model";
-
-/// The columns of frames.csv of films of balls, a row per ball and frame that was fitted.
-const FRAMES: &str =
-    "shot,ball,t_s,x_m,y_m,x_predicted_m,y_predicted_m,x_sd_m,y_sd_m,x_standardized,y_standardized";
 
 /// The first columns of shots.csv, a row per shot. Those of each observable follow, and of films of
 /// balls what the fit estimates of each shot.
@@ -56,18 +52,6 @@ pub(super) fn write_residuals(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Res
                     json!([cut_deg, speed, frame.time, ball, model]),
                 ]);
             }
-        }
-    })
-}
-
-/// Writes frames.csv shot by shot: there may be more frames than should be held in memory.
-pub(super) fn write_frames(film: &FittedFilm, to: &mut (dyn Write + Send)) -> io::Result<()> {
-    writeln!(to, "{FRAMES}")?;
-    film.write(to, |of_shot, text| {
-        for frame in of_shot.frames.iter().filter(|frame| frame.used) {
-            let numbers = [frame.seen, frame.predicted, frame.sd, frame.standardized()];
-            let first = json!([of_shot.shot, ball_name(frame.ball), frame.time]);
-            *text += &line(&[first, json!(numbers.as_flattened())]);
         }
     })
 }

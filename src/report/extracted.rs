@@ -18,19 +18,18 @@ use crate::measurement::track::{Sample, TrackShot};
 use crate::physics::disc::Discs;
 use crate::problem::{DiscImpact, Doubt, Impact, Quantity};
 
-/// Writes dataset.toml, impacts.csv and left-out.csv, and the pictures of the shots if there is a
-/// film to draw.
+/// Writes dataset.toml, impacts.csv and left-out.csv, and on request the pictures of the shots.
 pub(crate) fn write_balls(
     dataset: &Dataset,
-    extracted: &[Impact],
-    drawn: Option<&FittedFilm>,
+    film: &FittedFilm,
+    are_drawn: bool,
     folder: &Path,
 ) -> Result<(), ReportError> {
-    if let Some(film) = drawn {
-        draw(extracted, |impact| of_balls(film, impact), folder)?;
+    if are_drawn {
+        draw(&film.impacts, |impact| of_balls(film, impact), folder)?;
     }
     Staged::new(folder)?
-        .add("impacts.csv", impacts(dataset, extracted))?
+        .add("impacts.csv", impacts(dataset, &film.impacts))?
         .add("left-out.csv", left_out(dataset))?
         .add("dataset.toml", manifest(dataset))?
         .put()

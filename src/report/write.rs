@@ -43,12 +43,11 @@ const REPORT: &str = "report.html";
 const FIT: &str = "fit.json";
 
 /// All files that a report may have.
-const NAMES: [&str; 9] = [
+const NAMES: [&str; 8] = [
     REPORT,
     FIT,
     "residuals.csv",
     "shots.csv",
-    "frames.csv",
     "residuals.svg",
     "residuals.png",
     "contours.svg",
@@ -65,9 +64,6 @@ fn of_fit(fit: &Fit, folder: PathBuf) -> Result<Staged, ReportError> {
     let contours = plot::contours(fit);
     if !contours.rows.is_empty() {
         staged = staged.figure("contours", &contours)?;
-    }
-    if let Some(film) = &fit.frames {
-        staged = staged.stream("frames.csv", |to| csv::write_frames(film, to))?;
     }
     staged.add(REPORT, fit::page(fit)?)?.add(FIT, document::text(fit)?)
 }

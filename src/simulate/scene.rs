@@ -5,9 +5,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::measurement::fault::Fault;
+use crate::name::worded;
 use crate::physics::ball::{BallState, Vec3};
 use crate::physics::contact_frame::cue_velocity;
-use crate::physics::name::worded;
 
 /// Largest number of shots. More are a slip of the pen.
 pub(crate) const MAX_SHOTS: usize = 1_000_000;

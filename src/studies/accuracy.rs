@@ -15,10 +15,10 @@ use serde_json::Value;
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::Settings;
 use crate::measurement::written::written_by_name;
+use crate::name::worded;
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{Coefficients, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome};
 use crate::physics::contact_frame::cue_velocity;
-use crate::physics::name::worded;
 use crate::problem::predict;
 use crate::simulate::{self, Spec, SynthError};
 

@@ -10,7 +10,7 @@ use serde::Deserialize;
 use super::camera::{Calibration, CameraSection, NumberOr, OneOrSeveral, Point, homography};
 use super::words::Unit;
 use crate::io::toml_file::Source;
-use crate::physics::name::worded;
+use crate::name::worded;
 
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 pub(crate) struct VideoSection {

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::physics::name::worded;
+use crate::name::worded;
 
 /// Names of a kind of column, in small letters, the most certain first, and words that may follow.
 pub(super) struct Words(&'static str, &'static str);

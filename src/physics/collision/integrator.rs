@@ -1,5 +1,4 @@
-//! Integration of the equations of a contact: Dormand and Prince's pair of order 5(4) (J. Comput.
-//! Appl. Math. 6, 19 (1980)), with events and with steps that can be repeated.
+//! Integration of the equations of a contact, with events and with steps that can be repeated.
 //!
 //! Derivatives of an outcome come from repeating the recorded steps with inputs changed a little,
 //! each event met at its new place: their differences are smooth (Bock 1981).
@@ -9,12 +8,12 @@ use nalgebra::SVector;
 use super::contact::{EVENTS, Mode, N, Shot, State};
 use super::impact::{Values, complete, components};
 use super::{Fidelity, Input, Jacobian, Model, NotACollision, Outcome, Regime};
+use crate::numerics::dormand_prince::{self, Step as Advance, ahead, cubic, root};
 
 /// Largest number of steps. Impacts take some dozen to some hundred; stiff contacts shake.
 const MAX_STEPS: usize = 300_000;
 
-/// Halvings of a step in search of an event, and most steps of Newton's to it.
-const HALVINGS: usize = 10;
+/// Most steps of Newton's to an event.
 const MAX_TRIALS: usize = 40;
 
 /// A step: its mode and length, and the event at its end, with its function's value and slope
@@ -91,7 +90,7 @@ fn integrate(shot: &Shot, tolerance: f64, steps: &mut Vec<Step>) -> Option<State
             rates = shot.rates(&mode, &y);
         }
         h = h.min(longest);
-        let (there, rates_there, error) = step(shot, &mode, &y, &rates, h);
+        let Advance { state: there, rates: rates_there, error } = advance(shot, &mode, &y, &rates, h);
         let factor = 0.9 * (tolerance / error.max(f64::MIN_POSITIVE)).powf(0.2);
         if !(error <= tolerance) {
             h *= if factor > 0.1 { factor.min(0.9) } else { 0.1 };
@@ -138,7 +137,7 @@ fn locate(
 ) -> (State, Step) {
     let mut trials = 0;
     loop {
-        let (state, rates, _) = step(shot, mode, y, rates, at);
+        let Advance { state, rates, .. } = advance(shot, mode, y, rates, at);
         let function = |after: f64| shot.events(mode, &ahead(&state, after, [&rates], [1.0]))[event];
         let value = function(0.0);
         let probe = 1e-4 * h;
@@ -159,8 +158,8 @@ fn follow(shot: &Shot, steps: &[Step]) -> State {
     for Step { mode: next, length, event } in steps {
         shot.change(&mode, next, &mut y);
         mode = *next;
-        let (there, rates, _) = step(shot, next, &y, &shot.rates(next, &y), *length);
-        y = there;
+        let Advance { state, rates, .. } = advance(shot, next, &y, &shot.rates(next, &y), *length);
+        y = state;
         if let Some((event, value, slope)) = event {
             let later = (value - shot.events(next, &y)[*event]) / slope;
             // an event that is grazed has no new place
@@ -172,63 +171,7 @@ fn follow(shot: &Shot, steps: &[Step]) -> State {
     y
 }
 
-/// Returns the state after a step of order 5, its rates there and the largest error.
 #[inline(never)]
-fn step(shot: &Shot, mode: &Mode, y: &State, k1: &State, h: f64) -> (State, State, f64) {
-    let rates = |y: &State| shot.rates(mode, y);
-    let k2 = rates(&ahead(y, h, [k1], A2));
-    let k3 = rates(&ahead(y, h, [k1, &k2], A3));
-    let k4 = rates(&ahead(y, h, [k1, &k2, &k3], A4));
-    let k5 = rates(&ahead(y, h, [k1, &k2, &k3, &k4], A5));
-    let k6 = rates(&ahead(y, h, [k1, &k2, &k3, &k4, &k5], A6));
-    let there = ahead(y, h, [k1, &k3, &k4, &k5, &k6], B);
-    let k7 = rates(&there);
-    let error = ahead(&[0.0; N], h, [k1, &k3, &k4, &k5, &k6, &k7], E);
-    // also finds a NaN
-    let largest = error.iter().fold(0.0, |most, e| if e.abs() <= most { most } else { e.abs() });
-    (there, k7, largest)
+fn advance(shot: &Shot, mode: &Mode, y: &State, rates: &State, h: f64) -> Advance<N> {
+    dormand_prince::step(|y| shot.rates(mode, y), y, rates, h)
 }
-
-#[inline(always)]
-fn ahead<const M: usize>(y: &State, h: f64, rates: [&State; M], by: [f64; M]) -> State {
-    let mut there = *y;
-    for (rates, by) in rates.into_iter().zip(by) {
-        let by = by * h;
-        for i in 0..N {
-            there[i] += by * rates[i];
-        }
-    }
-    there
-}
-
-/// Returns the cubic through both ends of a step.
-fn cubic([y, k]: [&State; 2], [y1, k1]: [&State; 2], h: f64, at: f64) -> State {
-    let (t, rest) = (at / h, 1.0 - at / h);
-    std::array::from_fn(|i| {
-        let d = y1[i] - y[i];
-        rest * y[i] + t * y1[i] + t * rest * (rest * (k[i] * h - d) + t * (d - k1[i] * h))
-    })
-}
-
-/// Returns the root of a decreasing function between 0 and `h`, to a few thousandths of `h`.
-fn root(f: impl Fn(f64) -> f64, h: f64) -> f64 {
-    let (mut low, mut high) = (0.0, h);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if f(middle) > 0.0 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    high
-}
-
-const A2: [f64; 1] = [1.0 / 5.0];
-const A3: [f64; 2] = [3.0 / 40.0, 9.0 / 40.0];
-const A4: [f64; 3] = [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0];
-const A5: [f64; 4] = [19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0];
-const A6: [f64; 5] = [9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0];
-const B: [f64; 5] = [35.0 / 384.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0];
-const E: [f64; 6] =
-    [71.0 / 57600.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339_200.0, 22.0 / 525.0, -1.0 / 40.0];

@@ -19,7 +19,7 @@ mod sliding;
 use super::Number;
 use super::ball::Ball;
 use super::friction_law::Law;
-use super::name::{by_name, worded};
+use crate::name::{by_name, worded};
 
 pub use effects::Effects;
 pub use outcome::{Input, Jacobian, Outcome};

@@ -4,8 +4,8 @@ use nalgebra::{SMatrix, SVector};
 
 use super::impact::{Impulses, Values, components};
 use super::{Model, Regime};
+use crate::name::worded;
 use crate::physics::ball::{BallState, Vec3};
-use crate::physics::name::worded;
 
 /// Both balls just after the impact, in the frame of the method that returned it.
 #[derive(Clone, Copy, Debug, PartialEq)]

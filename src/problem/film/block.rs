@@ -84,7 +84,9 @@ impl FilmBlock {
             sums
         };
         let mut sums = if shot.spin.is_at_corner(own) { from_corner(own, add_up) } else { add_up(own) };
-        if let Some((loss, distance)) = self.loss.zip(distance(&sums)) {
+        if let Some(loss) = self.loss
+            && let Some(distance) = distance(&sums)
+        {
             sums.weigh(loss, distance);
         }
         sums

@@ -1,6 +1,7 @@
 //! The shots of a fitted film: their impacts, their frames, their paths through the picture.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::block::{FilmBlock, FilmedShot, locate};
 use super::camera::Camera;
@@ -14,6 +15,7 @@ use crate::measurement::track::{TrackShot, TrackedBall};
 use crate::numerics::median;
 use crate::physics::ball::Vec3;
 use crate::problem::frames::{Frame, PicturePaths};
+use crate::problem::problem::Reduced;
 use crate::problem::solution::Solution;
 use crate::problem::sums::{Contribution, SHOT_STOP};
 use crate::problem::unknowns::{Id, Own, Shared};
@@ -189,16 +191,22 @@ impl Solution {
         })
     }
 
-    /// Returns the own unknowns of shot `i` of a film in the frame of the table, from a point (m);
+    /// Returns the own unknowns of each shot of a film in the frame of the table, from a point (m);
     /// their errors include those of what all shots share.
     #[must_use]
-    pub(crate) fn own_estimates(&self, i: usize, [x, y]: [f64; 2]) -> Option<Vec<OwnEstimate>> {
+    pub(crate) fn own_estimates(&self, from: [f64; 2]) -> Vec<Vec<OwnEstimate>> {
+        let reduced = self.at.eliminate(&self.problem, 0.0);
+        let shots = (0..self.names.first().map_or(0, Vec::len)).into_par_iter();
+        let of_shot = |i: usize| self.own_estimates_of(i, from, reduced.as_ref()?);
+        shots.map(|i| of_shot(i).unwrap_or_default()).collect()
+    }
+
+    fn own_estimates_of(&self, i: usize, [x, y]: [f64; 2], reduced: &Reduced) -> Option<Vec<OwnEstimate>> {
         let fitted = self.film_shot(i)?;
         let struck = fitted.struck()?;
         let Fitted { shot, own, .. } = fitted;
         let held = &self.at.shots.first()?.get(i)?.held;
-        let reduced = self.at.eliminate(&self.problem, 0.0)?;
-        let covariance = self.covariance.shot_covariance(&reduced, (0, i), held);
+        let covariance = self.covariance.shot_covariance(reduced, (0, i), held);
         let covariance = covariance.fixed_view::<INPUTS, INPUTS>(0, 0);
         let inputs = &struck.inputs;
         let velocity = struck.turn(&struck.before.velocity);

@@ -62,7 +62,7 @@ pub(in crate::report) fn all_shots(name: &str, film: &FittedFilm) -> Figure {
     const MOST_FRAMES: usize = 20;
     let names = film.names();
     let each = names.len().div_ceil(MOST_SHOTS).max(1);
-    let shots: Vec<Impact> = names.iter().step_by(each).filter_map(|name| film.impact(name)).collect();
+    let shots: Vec<&Impact> = names.iter().step_by(each).filter_map(|name| film.impact(name)).collect();
     let mut panel = seen_from_above("", "");
     let mut figure = Figure::new(name);
     for impact in &shots {

@@ -31,10 +31,10 @@ pub(crate) fn named<T: Copy, const N: usize>(
 macro_rules! by_name {
     ($thing:ty, $kind:literal, $all:ident, $($name:ident),+) => {
         impl std::str::FromStr for $thing {
-            type Err = $crate::physics::name::UnknownName;
+            type Err = $crate::name::UnknownName;
 
             fn from_str(name: &str) -> Result<Self, Self::Err> {
-                $crate::physics::name::named($kind, &Self::$all, |one| [$(one.$name()),+], name)
+                $crate::name::named($kind, &Self::$all, |one| [$(one.$name()),+], name)
             }
         }
     };
