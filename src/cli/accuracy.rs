@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::fit::with_impacts;
+use crate::fit::analysis::with_impacts;
 use crate::io;
 use crate::physics::collision::{MAX_KAPPA, Model};
 use crate::report::document::AccuracyDocument;

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::fit::analysis::with_impacts;
 use crate::fit::check;
-use crate::fit::with_impacts;
 use crate::report::document::CheckDocument;
 use crate::report::templates;
 

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::fit::{ExtractedDiscs, extract_discs, with_impacts};
+use crate::fit::analysis::with_impacts;
+use crate::fit::{ExtractedDiscs, extract_discs};
 use crate::report::document::ExtractDocument;
 use crate::report::extracted;
 use crate::report::templates;

@@ -20,7 +20,6 @@ mod result;
 mod verdict;
 
 pub(crate) use access::Counted;
-pub(crate) use analysis::with_impacts;
 pub use analysis::{ExtractedDiscs, extract, extract_discs, fit, fit_watched};
 pub(crate) use bootstrap::Bootstrap;
 pub use camera::FoundCamera;

@@ -71,7 +71,9 @@ pub use rows::shot::RowsError;
 pub use rows::shot::Unpredictable;
 pub(crate) use rows::table::TableNoise;
 pub(crate) use run::fit_film;
-pub(crate) use solution::{Budget, Estimate, ShotInfluence, Solution};
+#[cfg(feature = "report")]
+pub(crate) use solution::Estimate;
+pub(crate) use solution::{Budget, ShotInfluence, Solution};
 pub use unknowns::Id;
 pub(crate) use unknowns::Normal;
 pub(crate) use {
