@@ -16,9 +16,6 @@ use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
 use crate::problem::{self, Estimates, Evaluation, Id, Mode, Policy, Problem, refutes};
 
-/// Probability of error of a difference that is accepted.
-const LEVEL: f64 = 0.05;
-
 impl Joint<'_> {
     /// Returns what the fit says.
     ///
@@ -40,7 +37,7 @@ impl Joint<'_> {
         let differences = quantities.iter_mut().flat_map(|compared| &mut compared.differences);
         holm(differences.map(|difference| &mut difference.p_holm));
         for difference in quantities.iter_mut().flat_map(|compared| &mut compared.differences) {
-            difference.real = difference.p_holm < LEVEL;
+            difference.real = difference.p_holm < Policy::default().level;
         }
         let mut findings = std::mem::take(&mut self.samples.findings);
         findings.extend(quantities.iter().flat_map(find_doubts));

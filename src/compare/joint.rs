@@ -6,14 +6,14 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, St
 use super::CompareError;
 use super::result::{Difference, Finding};
 use super::samples::{Alone, Samples};
+use crate::numerics::EXACT;
 use crate::problem::{
     self, Descent, Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, State, comply, descend,
     descend_with_noise, robust_covariance,
 };
 
-/// Steps of a descent at given noise, typical are 3, and the decrease of χ² that ends it.
+/// Steps of a descent at given noise, typical are 3.
 const STEPS: usize = 40;
-const SAMPLES_STALL: f64 = 1e-12;
 
 /// All samples in one problem at its minimum.
 pub(super) struct Joint<'a> {
@@ -81,7 +81,7 @@ fn best_start(problem: &Problem, start: State, fitted: &[Alone]) -> State {
 
 /// Returns the minimum at the present noise to rounding: tables are as smooth as their arithmetic.
 pub(super) fn settle(problem: &Problem, state: State) -> Evaluation {
-    descend(problem, problem.evaluate(state), &problem.free(), (STEPS, SAMPLES_STALL)).end
+    descend(problem, problem.evaluate(state), &problem.free(), (STEPS, EXACT)).end
 }
 
 /// Returns the covariance with all of some columns, even at a bound.

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use super::bootstrap::{self, Bootstrap};
-use super::deviations::{IMPROBABLE, residuals, whiten};
+use super::deviations::{residuals, whiten};
 use super::goodness::normality_of;
 use super::regions::contours;
 use super::request::{Request, rejected};
@@ -18,7 +18,7 @@ use super::{
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::physics::collision::Fidelity;
-use crate::problem::{Deviations, Estimates, Finding, Id, ShotInfluence, Solution};
+use crate::problem::{Deviations, Estimates, Finding, Id, Policy, ShotInfluence, Solution};
 
 /// Shots that are listed by their influence whether they are influential or not, and at most.
 const LISTED: [usize; 2] = [5, 20];
@@ -116,10 +116,11 @@ impl Fitted<'_> {
         let chance = ChiSquared::new(dof).ok().map(|distribution| distribution.sf(chi2));
         let p_value = chance.filter(|_| is_stated);
         let noise_factor = p_value.map(|_| (chi2 / dof).sqrt());
+        let improbable = Policy::default().improbable;
         let noise = match p_value {
             None => NoiseVerdict::NotTested,
-            Some(p) if p < IMPROBABLE => NoiseVerdict::TooSmall,
-            Some(p) if p > 1.0 - IMPROBABLE && noise_factor < Some(1.0 - HARMLESS) => NoiseVerdict::TooLarge,
+            Some(p) if p < improbable => NoiseVerdict::TooSmall,
+            Some(p) if p > 1.0 - improbable && noise_factor < Some(1.0 - HARMLESS) => NoiseVerdict::TooLarge,
             Some(_) => NoiseVerdict::Explains,
         };
         // the median of F(p, n − p)

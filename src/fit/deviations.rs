@@ -10,13 +10,7 @@ use serde::Serialize;
 use super::Residual;
 use super::film_words::words_of;
 use crate::measurement::observable::{Axis, Observable};
-use crate::problem::{self, Deviations, ShiftScore, Solution};
-
-/// Probability of a χ² at either end, or of a trend, below which model or noise are wrong.
-pub(super) const IMPROBABLE: f64 = 0.001;
-
-/// A trend this improbable, with all the trends that were looked for taken into account, is named.
-const TREND_LEVEL: f64 = 0.05;
+use crate::problem::{self, Deviations, Policy, ShiftScore, Solution};
 
 /// A trend of residuals with something that the model should have taken care of.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -49,7 +43,7 @@ pub(crate) struct Trend {
 impl Trend {
     /// Returns whether it is beyond chance however many trends are looked for.
     pub(super) fn is_improbable(&self) -> bool {
-        self.p_corrected < IMPROBABLE
+        self.p_corrected < Policy::default().improbable
     }
 }
 
@@ -70,7 +64,7 @@ pub(super) fn ranked(mut trends: Vec<Trend>) -> Vec<Trend> {
     holm(trends.iter_mut().map(|trend| &mut trend.p_corrected));
     let count = trends.len();
     for trend in &mut trends {
-        trend.significant = trend.p_corrected < TREND_LEVEL;
+        trend.significant = trend.p_corrected < Policy::default().level;
         let slope = format!("{:+.2}", trend.slope);
         trend.words = words_of("change", context! { count, slope, ..Values::from(Serde(&*trend)) });
     }

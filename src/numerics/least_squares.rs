@@ -27,9 +27,6 @@ const ACCEPTED: f64 = 1e-4;
 const AFTER_GAIN: f64 = 0.03;
 const AFTER_LOSS: f64 = 10.0;
 
-/// Factor of the damping if the normal equations cannot be solved.
-const UNSOLVABLE: f64 = 10.0;
-
 /// Largest promise of a step after one that was not made, as a part of that one's: a step that
 /// promises as much is the same step.
 const SHORTER: f64 = 0.5;
@@ -154,7 +151,7 @@ impl Marquardt {
         let (sum, rounding) = (squares.sum(at), squares.rounding(at));
         while self.damping < MAX_DAMPING && sum.is_finite() {
             let Some(step) = squares.step(at, self.damping) else {
-                self.damping *= UNSOLVABLE;
+                self.damping *= AFTER_LOSS;
                 continue;
             };
             if step.promise <= rounding && self.may_relax {

@@ -35,9 +35,11 @@ pub(crate) struct Policy {
     /// χ² per degree of freedom of a table beyond which the model does not describe it at all:
     /// residuals of more than twice the stated noise, which is stated too small by half at most.
     pub(crate) refuted_rows: f64,
-    /// Tail probability of the largest difference of the variances of columns, below which each
-    /// column of a table has a noise of its own.
-    pub(crate) unequal_noise: f64,
+    /// Level of a test of several differences or trends (Holm 1979).
+    pub(crate) level: f64,
+    /// Probability of a χ² at either end, of a trend, or of a difference between the noises of
+    /// columns, below which model or noise are other than assumed.
+    pub(crate) improbable: f64,
     /// Standard error of μ_s beyond which it is not identified: the published range is 0.2 to 0.4
     /// (Kim 2024).
     pub(crate) undetermined_mu_s: f64,
@@ -65,7 +67,8 @@ impl Default for Policy {
             misfit: 2.0,
             refuted: 25.0,
             refuted_rows: 5.0,
-            unequal_noise: 0.001,
+            level: 0.05,
+            improbable: 0.001,
             undetermined_mu_s: 0.15,
         }
     }

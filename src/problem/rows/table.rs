@@ -189,7 +189,7 @@ impl Table {
             let own = found.iter().filter(|found| pool.observables.contains(&found.observables[0]));
             let own = own.map(|found| (found.square.max(found.dof * least), found.dof));
             let own: Vec<(f64, f64)> = own.filter(|(_, dof)| *dof >= MIN_DOF_OF_BARTLETT).collect();
-            compare_variances(&own).is_some_and(|p| p < policy.unequal_noise)
+            compare_variances(&own).is_some_and(|p| p < policy.improbable)
         };
         let unequal = rows.pools.iter().zip(&rows.noises).filter(is_unequal);
         let unequal: Vec<Observable> = unequal.flat_map(|(pool, _)| pool.observables.clone()).collect();
