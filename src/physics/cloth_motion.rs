@@ -119,8 +119,8 @@ impl<T: Number> Stretch<T> {
     /// Returns the stretch on which the velocity of a ball on this one becomes that of `after`,
     /// evenly from `half` before its instant to `half` after.
     fn turning(&self, after: &Moment<T>, half: f64) -> Self {
-        let change = after.velocity - self.at(after.time).velocity;
-        let acceleration = self.acceleration + change * T::from(0.5 / half);
+        let velocity = self.from.velocity + self.acceleration * (after.time - self.from.time);
+        let acceleration = self.acceleration + (after.velocity - velocity) * T::from(0.5 / half);
         Self::new(self.at(after.time - half), acceleration, 0.0)
     }
 }
