@@ -33,7 +33,7 @@ pub(crate) use result::{Computed, Diagnostics, Explanation, Noise, Residual, Rob
 pub use result::{Fit, Rejected};
 pub use verdict::{Grade, Verdict};
 
-pub(crate) use crate::problem::{Budget, IntervalPair as Intervals};
+pub(crate) use crate::problem::Budget;
 pub use crate::problem::{
     DiscImpact, FilmError, Id, ParameterEstimate as Estimate, Prediction, Quantity, RowsError, Status,
     predict,

@@ -7,15 +7,12 @@ use super::common::{Fitted, Own};
 use super::deviations::trends;
 use super::film::FittedFilm;
 use super::request::Request;
-use super::{Depth, Estimate, Fit, FitError, Intervals, Status, doubts, film_words};
+use super::{Depth, Estimate, Fit, FitError, Status, doubts, film_words};
 use crate::measurement::dataset::{Measured, Shot};
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Fidelity, Model};
-use crate::problem::{Id, Modelling, Policy, RowsError, Solution, fit_film};
-
-/// Normal quantile of 95 % intervals.
-const WIDE: f64 = 1.96;
+use crate::problem::{Id, Known, Modelling, Policy, Quantiles, RowsError, fit_film};
 
 /// Topspin over natural roll from which on the cloth carries the object ball enough to be seen.
 const TOPSPIN: f64 = 0.1;
@@ -42,7 +39,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let solution = Arc::clone(&film.solution);
     let fitted = Fitted { request, settings, solution, deviations };
     let solution = &film.solution;
-    let estimates: Vec<Estimate> = fitted.parameters().iter().map(|p| estimate(&fitted, *p)).collect();
+    let estimates = estimates(&fitted);
     let is_silent =
         |e: &&Estimate| e.status == Status::NotIdentified && solution.get(Id::from(e.parameter)).is_none();
     let (chi2, observations) = solution.chi2_of_data();
@@ -98,45 +95,22 @@ fn fitted_with(request: &Request) -> Result<(Model, Settings), FitError> {
     Ok((model, settings))
 }
 
-fn estimate(fitted: &Fitted, parameter: Parameter) -> Estimate {
-    let (solution, id) = (&fitted.solution, Id::from(parameter));
-    let setting = fitted.settings[parameter];
-    let value = solution.value(id);
-    let Some(found) = solution.get(id) else {
-        let is_held = setting.fixed || !fitted.settings.has(parameter);
-        let status = if is_held { Status::Fixed } else { Status::NotIdentified };
-        return Estimate::bare(parameter, value, status);
+/// Returns the estimates of the parameters of a film.
+fn estimates(fitted: &Fitted) -> Vec<Estimate> {
+    let (solution, settings) = (&fitted.solution, &fitted.settings);
+    let is_undetermined = |parameter: &Parameter| {
+        let id = Id::from(*parameter);
+        let is_held = settings[*parameter].fixed || !settings.has(*parameter);
+        if solution.get(id).is_none() { !is_held } else { solution.is_undetermined(id) }
     };
-    if parameter == Parameter::MuS && solution.is_undetermined(id) {
-        return Estimate::bare(parameter, value, Status::NotIdentified);
-    }
-    let Some(error) = found.std_error else { return at_bound(solution, parameter, &setting) };
-    let [low, high] = solution.bounds(id);
-    let interval = Some([(value - WIDE * error).max(low), (value + WIDE * error).min(high)]);
-    let looks = fitted.request.options.depth >= Depth::Intervals && !parameter.is_of_balls();
-    let is_robust = !solution.weights().is_empty();
-    let profile = (looks && !is_robust).then(|| solution.lopsided_interval(id, WIDE)).flatten();
-    Estimate {
-        std_error: Some(error),
-        interval_95: profile.or(interval),
-        intervals: Intervals { hessian: interval, profile },
-        ..Estimate::bare(parameter, value, Status::Free)
-    }
-}
-
-/// Returns the estimate of a parameter at a bound; not identified if it may be anywhere.
-fn at_bound(solution: &Solution, parameter: Parameter, setting: &Setting) -> Estimate {
-    let id = Id::from(parameter);
-    let (value, [low, high]) = (solution.value(id), solution.bounds(id));
-    let Some(limit) = solution.limit_at_bound(id) else {
-        return Estimate::bare(parameter, setting.initial, Status::NotIdentified);
+    let known = Known {
+        solution,
+        as_free: &solution.covariance,
+        undetermined: Parameter::ALL.into_iter().filter(is_undetermined).map(Id::from).collect(),
+        quantiles: Quantiles::new(None),
+        others: &[],
+        profiles: fitted.request.options.depth >= Depth::Intervals && solution.weights().is_empty(),
     };
-    let is_low = value == low;
-    let ends = if is_low { [low, limit] } else { [limit, high] };
-    let at_bound = Estimate {
-        interval_95: Some(ends),
-        intervals: Intervals { hessian: Some(ends), profile: None },
-        ..Estimate::bare(parameter, value, if is_low { Status::AtLowerBound } else { Status::AtUpperBound })
-    };
-    at_bound.unless_uninformed(setting)
+    let estimate = |p: Parameter| known.estimate(p).unless_uninformed(&settings[p]);
+    fitted.parameters().into_iter().map(estimate).collect()
 }

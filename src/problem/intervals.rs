@@ -149,7 +149,7 @@ impl Quantiles {
     }
 }
 
-/// A minimum with all that estimates of a table, or of discs, follow from.
+/// A minimum with all that estimates follow from.
 pub(crate) struct Known<'a> {
     pub(crate) solution: &'a Solution,
     /// Covariance with unknowns at bounds taken for free.
@@ -203,11 +203,13 @@ impl Known<'_> {
         let std_error = at_bounds.and(self.as_free.sd(column));
         let t = if std_error.is_some() { two_sided } else { one_sided };
         let ends = |sd: f64| [value - t * sd, value + t * sd].map(|end| end.clamp(low, high));
-        let hessian = std_error.map(ends);
+        let is_film = solution.problem.film().is_some();
+        let hessian = std_error.map(ends).or_else(|| is_film.then(|| solution.limit_at_bound(id)).flatten());
         let profile = match std_error {
             // along a ratio of the balls χ² is a parabola
             _ if !self.profiles || parameter.is_of_balls() => None,
-            Some(_) if solution.names[0].len() > MANY_SHOTS => solution.lopsided_interval(id, t),
+            Some(_) if is_film || solution.names[0].len() > MANY_SHOTS => solution.lopsided_interval(id, t),
+            _ if is_film => None,
             _ => solution.profile(column, (t, PRECISION)),
         };
         let own = match (hessian, profile) {

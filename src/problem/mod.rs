@@ -58,7 +58,7 @@ pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
 pub(crate) use film::shots::{FittedFrame, Impact, OwnEstimate};
 pub(crate) use findings::{Finding, Severity};
 pub(crate) use identifiability::Combination;
-pub(crate) use intervals::{IntervalPair, Known, MANY_SHOTS, Quantiles};
+pub(crate) use intervals::{Known, MANY_SHOTS, Quantiles};
 pub use intervals::{ParameterEstimate, Status};
 pub(crate) use offsets::{ShiftScore, Slope};
 pub(crate) use policy::Policy;

@@ -196,10 +196,10 @@ impl Solution {
         Some(self.covariance(ids).cholesky()?.inverse())
     }
 
-    /// Returns the limit of an unknown at a bound that leaves 5 % of its likelihood, to second
-    /// order a normal distribution cut off at the bound. (A rise of χ² by 1.645² from the bound
+    /// Returns the interval of an unknown from the bound that it is at, beyond which lie 5 % of its
+    /// likelihood, to second order a normal distribution cut off at the bound. (A rise of χ² by 1.645² from the bound
     /// leaves 24 % in films whose χ² decreases beyond it.) `None` for one that is not at a bound.
-    pub(crate) fn limit_at_bound(&self, id: Id) -> Option<f64> {
+    pub(crate) fn limit_at_bound(&self, id: Id) -> Option<[f64; 2]> {
         let column = self.column(0, id)?;
         let (unknown, x) = (&self.problem.unknowns[column], self.at.state.shared.0[column]);
         let inward = if x == unknown.bounds[0] { 1.0 } else { -1.0 };
@@ -218,7 +218,8 @@ impl Solution {
         let normal = statrs::distribution::Normal::standard();
         let distance = -sd * (normal.inverse_cdf(0.05 * normal.sf(beyond)) + beyond);
         let [low, high] = unknown.bounds;
-        Some((x + inward * distance).clamp(low, high))
+        let limit = (x + inward * distance).clamp(low, high);
+        Some([x.min(limit), x.max(limit)])
     }
 
     /// Returns χ² of everything: data, own unknowns and priors.
@@ -316,14 +317,14 @@ impl Solution {
         shots.map(|((shot, own), name)| (name.clone(), shot.spin.topspin_of(own))).collect()
     }
 
-    /// Returns whether the data determine a wanted unknown weakly: its error is more than half of
-    /// what it is known to without them, or a finding says so.
+    /// Returns whether the data do not determine a wanted unknown: a finding says so, or the error
+    /// of μ_s is more than half of what it is known to without them.
     pub(crate) fn is_undetermined(&self, id: Id) -> bool {
         let is_of = |finding: &Finding| matches!(finding, Finding::Undetermined { id: of, .. } if *of == id);
         let is_prior = |estimate: Estimate| {
             estimate.prior.zip(estimate.std_error).is_some_and(|(prior, sd)| sd > 0.5 * prior.sd)
         };
-        self.findings.iter().any(is_of) || self.get(id).is_some_and(is_prior)
+        self.findings.iter().any(is_of) || id == Id::MuS && self.get(id).is_some_and(is_prior)
     }
 
     /// Returns the worst severity of the findings.
