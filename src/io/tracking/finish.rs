@@ -10,19 +10,15 @@ use super::{Facts, time};
 use crate::film::rigid_body::circle_centres;
 use crate::io::text::shortened;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
-use crate::numerics::median;
+use crate::numerics::{EXACT, median};
 
-/// Least pause between clips, s, and in median steps of time.
+/// Least pause between clips, s.
 const MIN_PAUSE_S: f64 = 1.0;
-const STEPS: f64 = 20.0;
-/// Frame rate if it is not known, frames/s.
-const DEFAULT_FPS: f64 = 240.0;
 /// Least number of frames of both balls in a clip.
 const MIN_FRAMES: usize = 6;
-/// Largest ratio of a ball's speed to the fastest before, which allows for noise of short steps.
-const MAX_SPEED_RATIO: f64 = 2.0;
-/// Largest ratio of the distances to the nearest end and the other at which a piece continues it.
-const MAX_DISTANCE_RATIO: f64 = 0.5;
+/// Ratio of a ball's speed to the fastest before that noise of short steps explains, and of the
+/// distances of a piece from the ends of both tracks at which it continues the nearer.
+const CLEAR_RATIO: f64 = 2.0;
 
 /// Returns the shots of a file: positions of lost balls are left out, one shot that is several
 /// clips is separated, and pieces of tracks are joined. `alone`: the names of clips are their
@@ -33,7 +29,8 @@ pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawSh
     }
     // names of shots in the table are believed
     if let [shot] = shots.as_slice() {
-        let clips: Vec<RawShot> = clips_of(shot, job.settings.fps(), alone);
+        let fps = job.settings.fps().filter(|_| !job.settings.video.has_unknown_rate());
+        let clips: Vec<RawShot> = clips_of(shot, fps, alone);
         let is_seen = |track: &&RawTrack| track.seen().count() >= MIN_FRAMES;
         let are_clips = clips.iter().all(|clip| clip.tracks.iter().filter(is_seen).count() > 1);
         if clips.len() > 1 && are_clips {
@@ -57,10 +54,10 @@ pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawSh
 fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
     // without a unit, ms and frames cannot be distinguished
     let Some(unit) = shot.stated.time else { return Vec::new() };
-    let fps = shot.stated.fps.or(fps).unwrap_or(DEFAULT_FPS);
+    let seconds = unit.seconds().or(shot.stated.fps.or(fps).map(f64::recip));
+    let pause = seconds.map_or(f64::INFINITY, |seconds| MIN_PAUSE_S / seconds);
     let times = shot.times();
     let step = median(times.windows(2).map(|two| two[1] - two[0]).collect());
-    let pause = (MIN_PAUSE_S / unit.seconds().unwrap_or(fps.recip())).max(STEPS * step);
     let is_short = |time: f64| time > 0.0 && time < 1.5 * step;
     let centres = shot.centres();
     let steps = centres.iter().flatten().flat_map(|track| track.steps());
@@ -191,25 +188,20 @@ fn continued(tracks: &[RawTrack], heads: [usize; 2], piece: &RawTrack) -> Option
     let mut ends: Vec<(usize, [f64; 2])> = heads.into_iter().filter_map(end).collect();
     ends.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
     let (head, [distance, time]) = *ends.first()?;
-    let is_nearer = ends.get(1).is_none_or(|(_, [far, _])| distance < MAX_DISTANCE_RATIO * far);
+    let is_nearer = ends.get(1).is_none_or(|(_, [far, _])| CLEAR_RATIO * distance < *far);
     let steps = heads.iter().flat_map(|head| tracks[*head].steps());
     let fastest = steps.map(|[length, time]| length / time).fold(0.0, f64::max);
     // ids that differ in numbers only: track_1 and track_6
     let words = |name: &str| name.replace(|c: char| c.is_ascii_digit(), "");
     let name = &tracks[head].name;
     let are_ids = words(name) == words(&piece.name) && name.ends_with(|c: char| c.is_ascii_digit());
-    (are_ids && is_nearer && distance <= MAX_SPEED_RATIO * fastest * time).then_some(head)
+    (are_ids && is_nearer && distance <= CLEAR_RATIO * fastest * time).then_some(head)
 }
 
 /// Least number of different steps between neighbouring coordinates: fewer fit some grid by chance.
 const MIN_GAPS: usize = 8;
 /// Largest ratio of the smallest step between coordinates to the grid: fast balls skip steps.
 const MAX_SKIPPED: usize = 12;
-/// Largest deviation of coordinates from the grid, in steps, if they were scaled and printed with
-/// few decimals. Eight random ones fit one of the grids tried in 12·0.04⁸ = 8e-11 of tracks.
-const MAX_DEVIATION: f64 = 0.02;
-/// Relative difference below which two coordinates are the same number, computed differently.
-const SAME_NUMBER: f64 = 1e-12;
 
 /// Returns the shot of a file's rows. `Err`: all missing statements, or else the first fault.
 pub(super) fn shot(mut raw: RawShot, mut facts: Facts, job: Job) -> Result<TrackShot, Vec<Wrong>> {
@@ -248,7 +240,7 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
     };
     let step = grid_step(&centres.each_ref()).unwrap_or(0.0);
     repair::remove_repeated_frames(&mut centres, fps, step, job)?;
-    let swapped = repair::undo_swaps(&mut centres, fps, job)?;
+    let swapped = repair::undo_swaps(&mut centres, fps, job);
     if let Some(line) = swapped.filter(|_| !raw.tracks.is_empty()) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
                        not certain which of both did; expected them set right, or the shot skipped";
@@ -340,7 +332,7 @@ fn grid_step(tracks: &[&RawTrack]) -> Option<f64> {
     let mut gaps = Vec::new();
     for axis in [0, 1] {
         let mut values = sorted(tracks.iter().flat_map(|track| track.seen()).map(|row| row.place[axis]));
-        values.dedup_by(|later, earlier| *later - *earlier <= SAME_NUMBER * later.abs());
+        values.dedup_by(|later, earlier| *later - *earlier <= EXACT * later.abs());
         gaps.extend(values.windows(2).map(|two| two[1] - two[0]));
     }
     let gaps = sorted(gaps.into_iter());
@@ -356,7 +348,7 @@ fn fitted(gaps: &[f64], guess: f64) -> Option<f64> {
     for gap in gaps {
         let step: f64 = products / squares;
         let multiple = (gap / step).round();
-        if !((gap / step - multiple).abs() <= MAX_DEVIATION && multiple >= 1.0) {
+        if !((gap / step - multiple).abs() <= time::MAX_OFF && multiple >= 1.0) {
             return None;
         }
         products += multiple * gap;

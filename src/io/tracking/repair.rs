@@ -3,18 +3,15 @@
 
 use super::raw::{Job, RawShot, RawTrack, Row, Subject, jump_speed, sorted, value_at};
 
-/// Least ratio of the steps after and before a repeated frame, whose motion is in the former.
-const MIN_CATCH_UP: f64 = 1.5;
 /// Ratio to the step of coarse coordinates below which a ball may move without being seen to.
 const MAX_COARSE: f64 = 4.0;
-/// Ratios of the squared jumps with exchanged names to those without; a wrong place makes it 1/2.
-const CERTAIN_SWAP: f64 = 0.1;
-const POSSIBLE_SWAP: f64 = 0.3;
+/// Largest ratio of the squared jumps with exchanged names to those without if they were exchanged; a
+/// wrong place makes it 1/2.
+const MAX_SWAPPED: f64 = 0.3;
 /// Longest step, frames, in which a jump can show that names were exchanged.
 const MAX_SWAP_FRAMES: f64 = 3.5;
-/// Largest distances of a position and of a time from nearly all others, in their ranges.
+/// Largest distance of a position or a time from nearly all others, in their range.
 const MAX_RANGES: f64 = 8.0;
-const MAX_DELAY_RANGES: f64 = 100.0;
 
 /// A fault of a shot, and its line.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +22,7 @@ pub(super) struct Wrong {
     pub(crate) is_damage: bool,
 }
 
-type Repair<T = ()> = Result<T, Wrong>;
+type Repair = Result<(), Wrong>;
 
 /// Makes gaps of placeholders for a lost ball, unless its path leads there, and of impossible
 /// places and times: a lost decimal point, a misprint.
@@ -40,7 +37,7 @@ pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
         [0.05, 0.95].map(|part| value_at(&all, part).unwrap_or(f64::NAN))
     });
     let [x, y, t] = ranges.map(|[low, high]| high - low);
-    let reach = [MAX_RANGES * x.max(y), MAX_RANGES * x.max(y), MAX_DELAY_RANGES * t];
+    let reach = [x.max(y), x.max(y), t].map(|range| MAX_RANGES * range);
     let is_off = |row: &Row, k: usize| {
         let ([low, high], value) = (ranges[k], values(row)[k]);
         value < low - reach[k] || value > high + reach[k]
@@ -163,7 +160,8 @@ pub(super) fn remove_repeated_frames(
         let both = format!(
             "both balls are exactly where they were in line {known} while they move before and after"
         );
-        if speed(end) < MIN_CATCH_UP * speed(first - 1) {
+        // the step after a repeated frame holds its motion too
+        if (speed(end) / speed(first - 1)).round() < 2.0 {
             let message = format!(
                 "{both}, and do not catch up: a frame was put in here, and all later times may be late. Expected the clip without it, \
                  with the frames after it renumbered; or skip the shot"
@@ -179,7 +177,7 @@ pub(super) fn remove_repeated_frames(
 }
 
 /// Undoes identity swaps of a tracker; returns the line of the first one.
-pub(super) fn undo_swaps(balls: &mut [RawTrack; 2], fps: f64, job: Job) -> Repair<Option<usize>> {
+pub(super) fn undo_swaps(balls: &mut [RawTrack; 2], fps: f64, job: Job) -> Option<usize> {
     let [cue, object] = balls;
     let mut swaps: Vec<Row> = Vec::new();
     for two in cue.frames_with(object).windows(2) {
@@ -189,11 +187,8 @@ pub(super) fn undo_swaps(balls: &mut [RawTrack; 2], fps: f64, job: Job) -> Repai
         if (c_next.time - c.time) * fps > MAX_SWAP_FRAMES {
             continue;
         }
-        if swapped < CERTAIN_SWAP * kept {
+        if swapped < MAX_SWAPPED * kept {
             swaps.push(c_next);
-        } else if swapped < POSSIBLE_SWAP * kept {
-            let message = "cue and object ball may have exchanged their names from here on; expected them set right, or the shot skipped";
-            return Err(Wrong { line: c_next.line, message: message.to_string(), is_damage: true });
         }
     }
     for pair in swaps.chunks(2) {
@@ -210,5 +205,5 @@ pub(super) fn undo_swaps(balls: &mut [RawTrack; 2], fps: f64, job: Job) -> Repai
         cue.rows.extend(of_object);
         object.rows.extend(of_cue);
     }
-    Ok(swaps.first().map(|row| row.line))
+    swaps.first().map(|row| row.line)
 }
