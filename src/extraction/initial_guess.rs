@@ -10,9 +10,6 @@ use crate::film::rigid_body::distances;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::{SIGNIFICANT, median};
 
-/// Distance from its place of rest at which the object ball has moved, in standard deviations.
-const MIN_MOVED_ERRORS: f64 = 6.0;
-
 /// Minimum number of frames of each ball on either side, for a line and for a parabola.
 const MIN_FRAMES: usize = 3;
 const MIN_PARABOLA_FRAMES: usize = 5;
@@ -20,8 +17,8 @@ const MIN_PARABOLA_FRAMES: usize = 5;
 /// Number of frames next to the impact that give the first guess of a velocity.
 const NEAR_FRAMES: usize = 12;
 
-/// Root mean square residual of a line above which it is bent, in units of the noise.
-const MAX_LINE_RESIDUAL: f64 = 3.0;
+/// Largest root mean square residual of a path of the right shape, in units of the noise.
+pub(super) const MAX_RESIDUAL: f64 = 3.0;
 
 /// Least speed of a moving object ball as a part of the cue ball's.
 const MIN_MOVING_PART: f64 = 0.003;
@@ -91,7 +88,7 @@ impl Path {
     fn near(samples: &[Sample], at: f64, noise: f64) -> Self {
         let fits = |path: &Self, samples: &[Sample]| {
             let square = samples.iter().map(|sample| path.off(sample).powi(2)).sum::<f64>();
-            (square / (2 * samples.len()) as f64).sqrt() <= MAX_LINE_RESIDUAL * noise
+            (square / (2 * samples.len()) as f64).sqrt() <= MAX_RESIDUAL * noise
         };
         let straight = Self::line(samples, at);
         if fits(&straight, samples) {
@@ -195,13 +192,11 @@ pub(super) struct Approach {
 }
 
 pub(super) fn approach(shot: &TrackShot) -> Option<Approach> {
-    /// Part of the time from the first frame until the least distance of the balls.
-    const FREE: f64 = 0.9;
     if let Ok(FirstGuess { time, before, .. }) = from_paths(shot, noise(shot)) {
         return Some(Approach { until: time, speed: before[0].hypot(before[1]) });
     }
-    let first = shot.cue.first()?.t;
-    Some(Approach { until: first + FREE * (nearest(&shot.cue, &shot.object)? - first), speed: 0.0 })
+    let until = nearest(&shot.cue, &shot.object)? - NEAR_FRAMES as f64 / shot.fps;
+    Some(Approach { until, speed: 0.0 })
 }
 
 /// Returns the first guess from lines and parabolas through the frames next to the impact.
@@ -219,14 +214,14 @@ pub(crate) fn from_paths(shot: &TrackShot, noise: f64) -> Result<FirstGuess, Unu
     let away = |s: &Sample| (place(s) - lay).norm();
     // from here on: the next two frames are still further away, or as far on a coarse grid
     let moved = |w: &[Sample]| {
-        away(&w[0]) > MIN_MOVED_ERRORS * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
+        away(&w[0]) > SIGNIFICANT * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
     };
     let index = object.windows(3).position(moved).ok_or(Unusable::NoCollision(bodies))?;
     let after = &object[index..object.len().min(index + NEAR_FRAMES)];
     let start = Path::line(&object[..MIN_FRAMES], object[0].t);
     // correlated noise has a larger error
     let lasts = shot.frames_alike().sqrt();
-    if index < NEAR_FRAMES && start.velocity.norm() > MIN_MOVED_ERRORS * noise * lasts * start.error {
+    if index < NEAR_FRAMES && start.velocity.norm() > SIGNIFICANT * noise * lasts * start.error {
         return Err(without_start(&cue, &object, object[0].t, noise));
     }
     let time = Path::near(after, after[0].t, noise).passes(lay).ok_or(Unusable::NoCollision(bodies))?;
@@ -280,7 +275,7 @@ const MIN_TURN_ERRORS: f64 = 8.0;
 
 /// Largest distance from the lines, as a part of the change of velocity times a frame: a frame that
 /// was dropped within a side leaves 0.75 or more.
-const MAX_RESIDUAL: f64 = 0.5;
+const MAX_CORNER_RESIDUAL: f64 = 0.5;
 
 /// Frames after the impact that are not searched for a corner: a tracker may lag as long.
 const LAG_FRAMES: f64 = 8.0;
@@ -351,7 +346,8 @@ fn corners(
         let [early, late] = sides.map(|side| Path::line(side, side[0].t));
         let off = early.largest_residual(sides[0]).max(late.largest_residual(sides[1]));
         let change = (late.velocity - early.velocity).norm();
-        let is_corner = change > least && change / fps > error && off < MAX_RESIDUAL * change / fps + white;
+        let is_corner =
+            change > least && change / fps > error && off < MAX_CORNER_RESIDUAL * change / fps + white;
         is_corner.then_some(Corner { at, change })
     };
     (side..(samples.len() + 1).saturating_sub(side)).filter_map(turn).collect()
@@ -368,20 +364,20 @@ fn sharpest(corners: &[Corner], place: usize, side: usize) -> usize {
 mod tests {
     use super::*;
 
-    /// One wrong frame, 5 mm off, does not move a ball at rest: 20 frames at 500 frames/s.
+    /// One wrong frame, 17 standard deviations off, does not move a ball at rest: 20 frames at 500
+    /// frames/s. Lengths are in standard deviations.
     #[test]
     fn a_wrong_frame_does_not_move_a_ball_that_lies() {
-        const NOISE: f64 = 3e-4;
         let filmed = |speed: f64| -> Vec<Sample> {
-            let wrong = |n: usize| if n == 19 { 0.005 } else { 0.0 };
-            let frame = |n: usize| (n as f64 / 500.0, 0.4 + speed * n as f64 / 500.0 + wrong(n));
-            (0..20).map(frame).map(|(t, x)| Sample::new(t, [x, 0.2])).collect()
+            let wrong = |n: usize| if n == 19 { 17.0 } else { 0.0 };
+            let frame = |n: usize| (n as f64 / 500.0, 1300.0 + speed * n as f64 / 500.0 + wrong(n));
+            (0..20).map(frame).map(|(t, x)| Sample::new(t, [x, 700.0])).collect()
         };
-        for (speed, moves) in [(0.0, false), (0.1, true)] {
+        for (speed, moves) in [(0.0, false), (330.0, true)] {
             let [found, error, _] = robust_speed(&filmed(speed));
-            assert_eq!(found > SIGNIFICANT * NOISE * error, moves, "{speed}");
+            assert_eq!(found > SIGNIFICANT * error, moves, "{speed}");
         }
         let straight = Path::line(&filmed(0.0), 0.0);
-        assert!(straight.velocity[0] > SIGNIFICANT * NOISE * straight.error);
+        assert!(straight.velocity[0] > SIGNIFICANT * straight.error);
     }
 }

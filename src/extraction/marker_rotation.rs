@@ -42,9 +42,6 @@ const MAX_ROUNDS: usize = 6;
 /// Maximum number of steps of a descent.
 const MAX_STEPS: usize = 100;
 
-/// Ratio of the start's smallest to its largest singular value below which an axis is undetermined.
-const MIN_SINGULAR: f64 = 1e-9;
-
 /// Returns a rough angular velocity, rad/s, if the markers' steps from frame to frame determine it.
 fn rough(spots: &[Spot]) -> Option<Vec3> {
     // least squares of d₂ − d₁ = (Δt/2) ω × (d₁ + d₂)
@@ -65,7 +62,7 @@ fn rough(spots: &[Spot]) -> Option<Vec3> {
     }
     let svd = matrix.svd(true, true);
     let (most, least) = (svd.singular_values[0], svd.singular_values[2]);
-    (most > 0.0 && least > MIN_SINGULAR * most).then(|| svd.solve(&right, 0.0).ok()).flatten()
+    (most > 0.0 && least > EXACT * most).then(|| svd.solve(&right, 0.0).ok()).flatten()
 }
 
 /// Returns the point of the upper half of the unit sphere that is seen at a place.

@@ -16,7 +16,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::initial_guess::approach;
+use super::initial_guess::{MAX_RESIDUAL, approach};
 use crate::measurement::dataset::Measured;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
@@ -34,12 +34,8 @@ const MIN_FRAMES: usize = 10;
 /// Least number of degrees of freedom of the paths that determines a correlation.
 const MIN_FREEDOM: usize = 100;
 
-/// Noise of a path above which it has wrong frames and is left out, in units of the median.
-const MAX_NOISE_RATIO: f64 = 3.0;
-
-/// Step between the correlations that are tried, and their number.
-const GRID_STEP: f64 = 0.02;
-const TRIED: usize = 49;
+/// Number of correlations that are tried, from 0 on to below 1.
+const TRIED: usize = 50;
 
 /// Least decrease of −2 ln L at which the correlation is adopted.
 const MIN_DECREASE: f64 = 6.0;
@@ -54,7 +50,8 @@ pub(crate) fn noise_correlation(shots: &[TrackShot]) -> Option<Measured> {
     let mut paths: Vec<DVector<f64>> = some.filter_map(paths).flatten_iter().collect();
     let variance = |y: &DVector<f64>| whiten(y, 0.0)[0] / (y.len() - POWERS) as f64;
     let typical = median(paths.iter().map(variance).collect());
-    paths.retain(|path| variance(path) < MAX_NOISE_RATIO * MAX_NOISE_RATIO * typical);
+    // others have wrong frames
+    paths.retain(|path| variance(path) < MAX_RESIDUAL * MAX_RESIDUAL * typical);
     let numbers: usize = paths.iter().map(|path| path.len() - POWERS).sum();
     if numbers < MIN_FREEDOM || !(typical > 0.0) {
         return None;
@@ -65,13 +62,13 @@ pub(crate) fn noise_correlation(shots: &[TrackShot]) -> Option<Measured> {
         let value = numbers as f64 * square.ln() + of_determinants;
         if value.is_nan() { f64::INFINITY } else { value }
     };
-    let values: Vec<f64> = (0..TRIED).map(|i| minus_two_ln_l(i as f64 * GRID_STEP)).collect();
+    let tried = || (0..TRIED).map(|i| i as f64 / TRIED as f64);
+    let values: Vec<f64> = tried().map(minus_two_ln_l).collect();
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     // mean and standard deviation by L, with a uniform prior of ρ: short paths do not separate high
     // correlations, and the likeliest may be the highest
     let moment = |power: i32| -> f64 {
-        let likelihoods = values.iter().map(|value| (0.5 * (least - value)).exp());
-        likelihoods.enumerate().map(|(i, likelihood)| likelihood * (i as f64 * GRID_STEP).powi(power)).sum()
+        tried().zip(&values).map(|(rho, value)| (0.5 * (least - value)).exp() * rho.powi(power)).sum()
     };
     let mean = moment(1) / moment(0);
     let sd = (moment(2) / moment(0) - mean * mean).max(0.0).sqrt();
@@ -145,7 +142,10 @@ mod tests {
             let found = noise_correlation(&shots);
             assert_eq!(found.is_some(), rho > 0.0, "{rho}: {found:?}");
             let Some(Measured { value, sd: Some(sd) }) = found else { continue };
-            assert!(sd < 0.06 && (value - rho).abs() < 3.0 * sd.max(GRID_STEP), "{rho}: {value} ± {sd}");
+            assert!(
+                sd < 0.06 && (value - rho).abs() < 3.0 * sd.max((TRIED as f64).recip()),
+                "{rho}: {value} ± {sd}"
+            );
         }
     }
 }

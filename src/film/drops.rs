@@ -7,7 +7,7 @@
 use nalgebra::Vector2;
 
 use crate::measurement::track::{Sample, TrackShot};
-use crate::numerics::median;
+use crate::numerics::{SIGNIFICANT, median};
 
 type Point = Vector2<f64>;
 
@@ -18,11 +18,6 @@ const MIN_NEIGHBOURS: usize = 3;
 
 /// Largest difference between a step and a multiple of the median step, in median steps.
 const MAX_STEP_DEVIATION: f64 = 0.35;
-
-/// Least median step for which steps can be compared, in units of their root mean square deviation;
-/// and for a dropped frame, of which half a step more is then 3.5 standard deviations of one axis.
-const MIN_EVEN_NOISES: f64 = 4.0;
-const MIN_DROP_NOISES: f64 = 5.0;
 
 /// Ratios of a step to the median step at a drop: longer drops show in the numbers.
 const RATIOS: std::ops::RangeInclusive<f64> = 2.0..=8.0;
@@ -89,16 +84,13 @@ impl<'a> Steps<'a> {
         let noise = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
         // equal medians on both sides, so that neighbours do not catch up
         let turns = (middles[0] - middles[1]).norm();
-        if !(length > MIN_EVEN_NOISES * noise && turns < MAX_STEP_DEVIATION * length) {
+        if !(length > SIGNIFICANT * noise && turns < MAX_STEP_DEVIATION * length) {
             return None;
         }
         // the number of median steps in this one, and the remainder
         let own = self.lengths[i]?;
         let whole = (own.dot(&typical) / (length * length)).round();
-        let is_drop = RATIOS.contains(&whole)
-            && (own - typical * whole).norm() < MAX_STEP_DEVIATION * length
-            // at four standard deviations one step in a thousand looks like two
-            && length > MIN_DROP_NOISES * noise;
+        let is_drop = RATIOS.contains(&whole) && (own - typical * whole).norm() < MAX_STEP_DEVIATION * length;
         Some(if is_drop { whole - 1.0 } else { 0.0 })
     }
 }
@@ -113,17 +105,16 @@ fn middle(steps: &[Point]) -> Point {
 mod tests {
     use super::*;
     use crate::measurement::spin::Spin;
+    use crate::numerics::EXACT;
 
-    const FPS: f64 = 500.0;
-
-    /// Two balls that move evenly; `shows` gives the instant, in frames, that each frame shows.
+    /// Two balls that move evenly, with a frame a second; `shows` gives the instant that each shows.
     fn shot(shows: impl Fn(usize) -> f64) -> TrackShot {
         let sample = |speed: f64, i: usize| {
             let noise = 1e-5 * (1.7 * i as f64).sin();
-            Sample::new(i as f64 / FPS, [speed * shows(i) / FPS + noise, 0.1 - noise])
+            Sample::new(i as f64, [speed * shows(i) + noise, 0.1 - noise])
         };
         let samples = |speed: f64| (0..40).map(|i| sample(speed, i)).collect();
-        TrackShot::new("", FPS, Spin::Stun, [samples(1.0), samples(0.7)])
+        TrackShot::new("", 1.0, Spin::Stun, [samples(2e-3), samples(1.4e-3)])
     }
 
     #[test]
@@ -133,7 +124,7 @@ mod tests {
         assert_eq!(repair(&mut dropped), 2);
         for (sample, frame) in [(dropped.cue[20], 20.0), (dropped.object[21], 22.0), (dropped.cue[39], 42.0)]
         {
-            assert!((sample.t - frame / FPS).abs() < 1e-12);
+            assert!((sample.t - frame).abs() < EXACT);
         }
     }
 

@@ -66,9 +66,9 @@ fn estimate(triples: &[&[Sample]], shot: &TrackShot) -> f64 {
 /// place, which show no noise.
 const MAX_EQUAL: f64 = 0.05;
 
-/// Returns whether three positions are exactly the same.
-fn is_held(three: &[Sample]) -> bool {
-    three.iter().all(|sample| sample.x == three[0].x && sample.y == three[0].y)
+/// Returns whether positions are exactly the same.
+fn is_held(samples: &[Sample]) -> bool {
+    samples.iter().all(|sample| sample.x == samples[0].x && sample.y == samples[0].y)
 }
 
 /// Returns the coordinate (0: x, 1: y) that is the same in all frames of both bodies, as in a film
@@ -89,42 +89,24 @@ fn constant_axis_of(pieces: &[&[Sample]]) -> Option<usize> {
     }
 }
 
-/// Returns all triples of consecutive frames or, of tracks with only some frames (every second, two
-/// of three), those that are as close in time as the median.
+/// Returns the triples of successive samples that are as close in time as the median: consecutive
+/// frames, unless the tracks have only some (every second, two of three).
 fn triples<'a>(tracks: &[&'a [Sample]], frame: f64) -> Vec<&'a [Sample]> {
-    /// Least fraction of triples of consecutive frames at which the others are left out.
-    const MIN_CONSECUTIVE: f64 = 0.25;
-    let all: Vec<&[Sample]> = tracks.iter().flat_map(|samples| samples.windows(3)).collect();
-    let follows = |a: &Sample, b: &Sample| (b.t - a.t - frame).abs() < 0.1 * frame;
-    let consecutive =
-        all.iter().copied().filter(|three| follows(&three[0], &three[1]) && follows(&three[1], &three[2]));
-    let consecutive: Vec<&[Sample]> = consecutive.collect();
-    if consecutive.len() as f64 > MIN_CONSECUTIVE * all.len() as f64 {
-        return consecutive;
-    }
+    let mut all: Vec<&[Sample]> = tracks.iter().flat_map(|samples| samples.windows(3)).collect();
     let span = |three: &[Sample]| three[2].t - three[0].t;
-    let usual = median(all.iter().map(|three| span(three)).collect());
-    all.into_iter().filter(|three| span(three) < usual + 0.1 * frame).collect()
+    let typical = median(all.iter().map(|three| span(three)).collect());
+    all.retain(|three| span(three) < typical + 0.1 * frame);
+    all
 }
 
 /// Returns the second difference a − 2b + c of three positions, scaled to the standard deviation of
 /// even spacing if their times are uneven.
 fn bend(three: &[Sample], pick: fn(&Sample) -> f64) -> f64 {
-    /// Largest deviation from the middle in time that jitter of a clock explains.
-    const MAX_JITTER: f64 = 0.06;
     let [a, b, c] = [pick(&three[0]), pick(&three[1]), pick(&three[2])];
     let part = (three[1].t - three[0].t) / (three[2].t - three[0].t);
-    if (part - 0.5).abs() < MAX_JITTER {
-        return (a - 2.0 * b + c).abs();
-    }
     let spread = (1.0 + part * part + (1.0 - part) * (1.0 - part)).sqrt();
     6.0_f64.sqrt() * ((1.0 - part) * a - b + part * c).abs() / spread
 }
-
-/// Noise above this part of the step, its rounding included, makes rounding errors independent: the
-/// mean of many rounded numbers with noise σ is off by at most h/π exp(−2π²σ²/h²), which is 0.002 h
-/// at σ = h/2; σ and h/√12 together are then 0.58 h.
-const MIN_DITHER: f64 = 0.58;
 
 /// Probability of a run of equal numbers by chance below which the run is not chance.
 const MAX_CHANCE: f64 = 1e-6;
@@ -143,15 +125,17 @@ pub(crate) fn repeats(samples: &[Sample], noise: f64, step: f64, are_balls: bool
     let mut repeats = vec![[1.0; 2]; samples.len()];
     // probability of equal numbers: density 1/(2√π σ) of the difference at 0, times the step
     let same = (step / (2.0 * std::f64::consts::PI.sqrt() * noise)).min(1.0);
-    for (axis, pick) in [|s: &Sample| s.x, |s: &Sample| s.y].into_iter().enumerate() {
+    // noise of half a step makes rounding errors independent: the mean of many rounded numbers with
+    // noise σ is off by at most h/π exp(−2π²σ²/h²), 0.002 h at σ = h/2
+    let is_coarse = noise < (0.5 * step).hypot(rounding(step));
+    for (axis, pick) in COORDINATES.into_iter().enumerate() {
         let mut first = 0;
         for run in samples.chunk_by(|a, b| pick(a) == pick(b)) {
             let length = run.len();
             let by_chance = same.powi(length.min(1000) as i32 - 1);
-            let rests = are_balls && run.iter().all(|sample| sample.x == run[0].x && sample.y == run[0].y);
-            if length > 1 && (noise < MIN_DITHER * step || by_chance < MAX_CHANCE) {
-                let is_held = rests && noise >= MIN_DITHER * step;
-                let alike = if is_held { (length as f64).sqrt() } else { length as f64 };
+            let rests = are_balls && is_held(run);
+            if length > 1 && (is_coarse || by_chance < MAX_CHANCE) {
+                let alike = if rests && !is_coarse { (length as f64).sqrt() } else { length as f64 };
                 repeats[first..first + length].iter_mut().for_each(|repeat| repeat[axis] = alike);
             }
             first += length;
@@ -184,11 +168,10 @@ mod tests {
 
     #[test]
     fn the_noise_of_tracks_that_have_only_some_frames() {
-        const TEST_NOISE: f64 = 3e-4;
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         // the sum of twelve uniform numbers has the variance 1
         let mut normal = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
-        let mut place = |t: f64| [0.4 + 1.5 * t + TEST_NOISE * normal(), 0.2 + TEST_NOISE * normal()];
+        let mut place = |t: f64| [1300.0 + 5000.0 * t + normal(), 700.0 + normal()];
         let all: Vec<Sample> =
             (0..4000).map(|n| f64::from(n) / 500.0).map(|t| Sample::new(t, place(t))).collect();
         for (what, every, kept) in
@@ -196,7 +179,7 @@ mod tests {
         {
             let some: Vec<Sample> = (0..all.len()).filter(|n| n % every < kept).map(|n| all[n]).collect();
             let noise = noise_of(&[&some, &some], &TrackShot::new("", 500.0, Spin::Stun, [vec![], vec![]]));
-            assert!((noise / TEST_NOISE - 1.0).abs() < 0.05, "{what}: {noise}");
+            assert!((noise - 1.0).abs() < 0.05, "{what}: {noise}");
         }
     }
 
@@ -225,11 +208,10 @@ mod tests {
 
     #[test]
     fn the_median_of_rounded_numbers_is_that_of_the_numbers() {
-        /// Tolerance for 1000 numbers.
-        const WHOLE_TOLERANCE: f64 = 0.03;
         let exact: Vec<f64> = (0..1000).map(|i| f64::from(i) * 2.6e-3).collect();
         let rounded: Vec<f64> = exact.iter().map(|x| x.round()).collect();
-        assert!((median_of_multiples(&rounded, 1.0) - 1.3).abs() < WHOLE_TOLERANCE);
+        let tolerance = (rounded.len() as f64).sqrt().recip();
+        assert!((median_of_multiples(&rounded, 1.0) - 1.3).abs() < tolerance);
         assert_eq!(median_of_multiples(&exact, 0.0), exact[500]);
         assert!(median_of_multiples(&[], 1.0).is_nan());
         assert!(median_of_multiples(&[0.0; 9], 1.0) <= 0.5);

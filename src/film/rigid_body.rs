@@ -120,9 +120,7 @@ fn circle(points: &[Point]) -> Option<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Exact but for rounding.
-    const SHAPE_ROUNDING: f64 = 1e-12;
+    use crate::numerics::EXACT;
 
     fn markers(count: usize) -> (Vec<Vec<Sample>>, Vec<[f64; 2]>) {
         let mut markers = vec![Vec::new(); count];
@@ -152,7 +150,7 @@ mod tests {
             assert_eq!(found.len(), 40);
             for (i, (sample, [x, y])) in found.iter().zip(&centres).enumerate() {
                 let off = (sample.x - x).hypot(sample.y - y);
-                assert!(off < SHAPE_ROUNDING || i == 7, "{count} markers, frame {i}: {off}");
+                assert!(off < EXACT || i == 7, "{count} markers, frame {i}: {off}");
             }
         }
     }
