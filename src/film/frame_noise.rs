@@ -5,7 +5,7 @@
 //! number repeats with the same error, and the repeated frames are worth one.
 
 use crate::measurement::track::{Sample, TrackShot};
-use crate::numerics::{NORMAL_MEDIAN, median};
+use crate::numerics::{NORMAL_MEDIAN, SIGNIFICANT, median};
 
 /// Frames on either side of an instant from which the noise near it is estimated.
 const NOISE_FRAMES: f64 = 30.0;
@@ -23,10 +23,10 @@ const MIN_NOISE_M: f64 = 1e-8;
 pub(crate) fn noise(shot: &TrackShot) -> f64 {
     let all = triples(&[&shot.cue, &shot.object], shot.fps.recip());
     let free: Vec<&[Sample]> = all.iter().copied().filter(|three| !is_held(three)).collect();
-    let is_often_held = (all.len() - free.len()) as f64 > MAX_EQUAL * all.len() as f64;
     let of_free = estimate(&free, shot);
+    // noise of a step or more leaves at most 0.7 % of triples equal
     let step = shot.resolution[0].max(shot.resolution[1]);
-    if !shot.states_noise() && is_often_held && of_free > step { of_free } else { estimate(&all, shot) }
+    if !shot.states_noise() && of_free > step { of_free } else { estimate(&all, shot) }
 }
 
 /// Returns the noise of the frames of some tracks near an instant: far from it the noise may
@@ -60,11 +60,6 @@ fn estimate(triples: &[&[Sample]], shot: &TrackShot) -> f64 {
     let differs = (6.0 - 8.0 * rho + 2.0 * rho * rho).sqrt();
     (median_of_multiples(&differences, coarser) / NORMAL_MEDIAN / differs).max(least)
 }
-
-/// Largest fraction of triples of equal positions that noise explains: 0.7 % if the noise is one
-/// step of the coordinates, less if it is more. Others are of balls at rest that a program holds in
-/// place, which show no noise.
-const MAX_EQUAL: f64 = 0.05;
 
 /// Returns whether positions are exactly the same.
 fn is_held(samples: &[Sample]) -> bool {
@@ -108,9 +103,6 @@ fn bend(three: &[Sample], pick: fn(&Sample) -> f64) -> f64 {
     6.0_f64.sqrt() * ((1.0 - part) * a - b + part * c).abs() / spread
 }
 
-/// Probability of a run of equal numbers by chance below which the run is not chance.
-const MAX_CHANCE: f64 = 1e-6;
-
 /// Returns the standard deviation of rounding to steps of this length.
 pub(crate) fn rounding(step: f64) -> f64 {
     step / 12.0_f64.sqrt()
@@ -125,6 +117,8 @@ pub(crate) fn repeats(samples: &[Sample], noise: f64, step: f64, are_balls: bool
     let mut repeats = vec![[1.0; 2]; samples.len()];
     // probability of equal numbers: density 1/(2√π σ) of the difference at 0, times the step
     let same = (step / (2.0 * std::f64::consts::PI.sqrt() * noise)).min(1.0);
+    // the likelihood of five standard errors
+    let improbable = (-0.5 * SIGNIFICANT * SIGNIFICANT).exp();
     // noise of half a step makes rounding errors independent: the mean of many rounded numbers with
     // noise σ is off by at most h/π exp(−2π²σ²/h²), 0.002 h at σ = h/2
     let is_coarse = noise < (0.5 * step).hypot(rounding(step));
@@ -134,7 +128,7 @@ pub(crate) fn repeats(samples: &[Sample], noise: f64, step: f64, are_balls: bool
             let length = run.len();
             let by_chance = same.powi(length.min(1000) as i32 - 1);
             let rests = are_balls && is_held(run);
-            if length > 1 && (is_coarse || by_chance < MAX_CHANCE) {
+            if length > 1 && (is_coarse || by_chance < improbable) {
                 let alike = if rests && !is_coarse { (length as f64).sqrt() } else { length as f64 };
                 repeats[first..first + length].iter_mut().for_each(|repeat| repeat[axis] = alike);
             }

@@ -1,17 +1,13 @@
 //! Faults between the camera and the file: lost balls, duplicate rows, rows out of order, repeated
 //! frames, exchanged names of balls. They are repaired if the repair is certain.
 
-use super::raw::{Job, RawShot, RawTrack, Row, Subject, jump_speed, sorted, value_at};
+use super::raw::{FAR, Job, RawShot, RawTrack, Row, Subject, jump_speed, sorted, value_at};
 
 /// Ratio to the step of coarse coordinates below which a ball may move without being seen to.
 const MAX_COARSE: f64 = 4.0;
 /// Largest ratio of the squared jumps with exchanged names to those without if they were exchanged; a
 /// wrong place makes it 1/2.
 const MAX_SWAPPED: f64 = 0.3;
-/// Longest step, frames, in which a jump can show that names were exchanged.
-const MAX_SWAP_FRAMES: f64 = 3.5;
-/// Largest distance of a position or a time from nearly all others, in their range.
-const MAX_RANGES: f64 = 8.0;
 
 /// A fault of a shot, and its line.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,7 +33,7 @@ pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
         [0.05, 0.95].map(|part| value_at(&all, part).unwrap_or(f64::NAN))
     });
     let [x, y, t] = ranges.map(|[low, high]| high - low);
-    let reach = [x.max(y), x.max(y), t].map(|range| MAX_RANGES * range);
+    let reach = [x.max(y), x.max(y), t].map(|range| FAR * range);
     let is_off = |row: &Row, k: usize| {
         let ([low, high], value) = (ranges[k], values(row)[k]);
         value < low - reach[k] || value > high + reach[k]
@@ -177,16 +173,13 @@ pub(super) fn remove_repeated_frames(
 }
 
 /// Undoes identity swaps of a tracker; returns the line of the first one.
-pub(super) fn undo_swaps(balls: &mut [RawTrack; 2], fps: f64, job: Job) -> Option<usize> {
+pub(super) fn undo_swaps(balls: &mut [RawTrack; 2], job: Job) -> Option<usize> {
     let [cue, object] = balls;
     let mut swaps: Vec<Row> = Vec::new();
     for two in cue.frames_with(object).windows(2) {
         let ([c, o], [c_next, o_next]) = (two[0], two[1]);
         let kept = c.distance(&c_next).powi(2) + o.distance(&o_next).powi(2);
         let swapped = c.distance(&o_next).powi(2) + o.distance(&c_next).powi(2);
-        if (c_next.time - c.time) * fps > MAX_SWAP_FRAMES {
-            continue;
-        }
         if swapped < MAX_SWAPPED * kept {
             swaps.push(c_next);
         }
