@@ -10,6 +10,9 @@ use crate::film::rigid_body::distances;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::{SIGNIFICANT, median};
 
+/// Distance from its place of rest at which the object ball has moved, in standard deviations.
+const MIN_MOVED_ERRORS: f64 = 6.0;
+
 /// Minimum number of frames of each ball on either side, for a line and for a parabola.
 const MIN_FRAMES: usize = 3;
 const MIN_PARABOLA_FRAMES: usize = 5;
@@ -195,7 +198,7 @@ pub(super) fn approach(shot: &TrackShot) -> Option<Approach> {
     if let Ok(FirstGuess { time, before, .. }) = from_paths(shot, noise(shot)) {
         return Some(Approach { until: time, speed: before[0].hypot(before[1]) });
     }
-    let until = nearest(&shot.cue, &shot.object)? - NEAR_FRAMES as f64 / shot.fps;
+    let until = nearest(&shot.cue, &shot.object)? - LAG_FRAMES / shot.fps;
     Some(Approach { until, speed: 0.0 })
 }
 
@@ -214,14 +217,14 @@ pub(crate) fn from_paths(shot: &TrackShot, noise: f64) -> Result<FirstGuess, Unu
     let away = |s: &Sample| (place(s) - lay).norm();
     // from here on: the next two frames are still further away, or as far on a coarse grid
     let moved = |w: &[Sample]| {
-        away(&w[0]) > SIGNIFICANT * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
+        away(&w[0]) > MIN_MOVED_ERRORS * noise && away(&w[1]) >= away(&w[0]) && away(&w[2]) >= away(&w[1])
     };
     let index = object.windows(3).position(moved).ok_or(Unusable::NoCollision(bodies))?;
     let after = &object[index..object.len().min(index + NEAR_FRAMES)];
     let start = Path::line(&object[..MIN_FRAMES], object[0].t);
     // correlated noise has a larger error
     let lasts = shot.frames_alike().sqrt();
-    if index < NEAR_FRAMES && start.velocity.norm() > SIGNIFICANT * noise * lasts * start.error {
+    if index < NEAR_FRAMES && start.velocity.norm() > MIN_MOVED_ERRORS * noise * lasts * start.error {
         return Err(without_start(&cue, &object, object[0].t, noise));
     }
     let time = Path::near(after, after[0].t, noise).passes(lay).ok_or(Unusable::NoCollision(bodies))?;
@@ -267,9 +270,6 @@ const LONG_SIDE_FRAMES: usize = 12;
 /// 1 m/s.
 const MIN_TURN: f64 = 0.2;
 
-/// Residual that some of a dozen frames reach, in standard deviations of the noise.
-const MAX_NOISE: f64 = 4.0;
-
 /// Least change of velocity at a corner, in standard errors of the difference of two slopes.
 const MIN_TURN_ERRORS: f64 = 8.0;
 
@@ -277,7 +277,7 @@ const MIN_TURN_ERRORS: f64 = 8.0;
 /// was dropped within a side leaves 0.75 or more.
 const MAX_CORNER_RESIDUAL: f64 = 0.5;
 
-/// Frames after the impact that are not searched for a corner: a tracker may lag as long.
+/// Frames next to the impact that are not searched for a corner: a tracker may lag as long.
 const LAG_FRAMES: f64 = 8.0;
 
 /// Least change of velocity at a corner after the impact, as a part of the incoming speed: a ball
@@ -309,7 +309,7 @@ pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, radius: f64) -> bool
     let first = |samples: &[Sample], side: usize| {
         let after = &samples[samples.partition_point(|sample| sample.t < guess.time + LAG_FRAMES / fps)..];
         let least = (MIN_TURN_AFTER * incoming).max(cloth * side as f64 / fps);
-        let corners = corners(after, side, (fps, noise), (least, MAX_NOISE * noise));
+        let corners = corners(after, side, (fps, noise), (least, SIGNIFICANT * noise));
         // in the frame before it the ball may touch already
         Some(after[sharpest(&corners, corners.first()?.at, side) - 1].t)
     };

@@ -75,14 +75,13 @@ fn lifted([x, y]: [f64; 2]) -> Option<Vec3> {
 /// time derivatives of ω_x and ω_y. The two angles of each marker follow.
 const SHARED: usize = 5;
 
-/// Step of difference quotients: 1e-4 of an angle, 1/s or 1/s², whose squares are rounding.
-const STEP: f64 = 1e-4;
-
 /// Fits the angular velocity at the impact, and its constant change with time about horizontal
 /// axes. `stated`: the standard deviations are known, not to be estimated.
 fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
     let start = rough(spots)?;
     let mut markers: Vec<Placed> = spots.iter().filter_map(|spot| Placed::new(spot, &start)).collect();
+    // the best step of central difference quotients: rounding and curvature err equally
+    let step = EXACT.cbrt();
     for _ in 0..MAX_ROUNDS {
         let positions: usize = markers.iter().map(|marker| marker.seen.len()).sum();
         let mut x = DVector::zeros(SHARED + 2 * markers.len());
@@ -95,7 +94,7 @@ fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
                     x[i] += by;
                     residuals_of(&markers, &x)
                 };
-                (at(STEP) - at(-STEP)) / (2.0 * STEP)
+                (at(step) - at(-step)) / (2.0 * step)
             };
             let jacobian = DMatrix::from_columns(&(0..x.len()).map(slope).collect::<Vec<_>>());
             let residuals = residuals_of(&markers, &x);

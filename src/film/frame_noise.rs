@@ -4,6 +4,8 @@
 //! motion carry the ball over several steps, these errors are nearly independent. Otherwise one
 //! number repeats with the same error, and the repeated frames are worth one.
 
+use statrs::function::erf::erfc;
+
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::{NORMAL_MEDIAN, SIGNIFICANT, median};
 
@@ -117,8 +119,7 @@ pub(crate) fn repeats(samples: &[Sample], noise: f64, step: f64, are_balls: bool
     let mut repeats = vec![[1.0; 2]; samples.len()];
     // probability of equal numbers: density 1/(2√π σ) of the difference at 0, times the step
     let same = (step / (2.0 * std::f64::consts::PI.sqrt() * noise)).min(1.0);
-    // the likelihood of five standard errors
-    let improbable = (-0.5 * SIGNIFICANT * SIGNIFICANT).exp();
+    let improbable = erfc(SIGNIFICANT * std::f64::consts::FRAC_1_SQRT_2);
     // noise of half a step makes rounding errors independent: the mean of many rounded numbers with
     // noise σ is off by at most h/π exp(−2π²σ²/h²), 0.002 h at σ = h/2
     let is_coarse = noise < (0.5 * step).hypot(rounding(step));

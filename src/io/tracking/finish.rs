@@ -9,6 +9,7 @@ use super::words::Unit;
 use super::{Facts, time};
 use crate::film::rigid_body::circle_centres;
 use crate::io::text::shortened;
+use crate::measurement::dataset::Tracks;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::numerics::{EXACT, median};
 
@@ -54,8 +55,8 @@ pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawSh
 fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
     // without a unit, ms and frames cannot be distinguished
     let Some(unit) = shot.stated.time else { return Vec::new() };
-    let seconds = unit.seconds().or(shot.stated.fps.or(fps).map(f64::recip));
-    let pause = seconds.map_or(f64::INFINITY, |seconds| MIN_PAUSE_S / seconds);
+    let fps = shot.stated.fps.or(fps).unwrap_or(Tracks::MAX_PLAYBACK);
+    let pause = MIN_PAUSE_S / unit.seconds().unwrap_or(fps.recip());
     let times = shot.times();
     let step = median(times.windows(2).map(|two| two[1] - two[0]).collect());
     let is_short = |time: f64| time > 0.0 && time < 1.5 * step;

@@ -4,12 +4,10 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::Facts;
-use super::raw::{Job, Notes, RawShot, RawTrack, Role, Row, Subject, listed, quoted, sorted, span, stem};
+use super::raw::{Job, Notes, RawShot, RawTrack, Role, Subject, listed, quoted, sorted, span, stem};
 use super::repair::Wrong;
 use super::settings::{NAMED, Names, TrackSettings};
-use crate::film::rigid_body;
 use crate::io::text::shortened;
-use crate::measurement::track::Sample;
 use crate::numerics::median;
 
 /// Largest relative change of the distance of two points on one body. Points of one puck change
@@ -212,7 +210,10 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(
         return Ok(());
     }
     let calibration = job.settings.calibration(raw.stated.unit);
-    let points = places(raw, |row| calibration.metres(row.place));
+    let mut points = raw.tracks.clone();
+    for row in points.iter_mut().flat_map(|track| &mut track.rows) {
+        row.place = calibration.metres(row.place);
+    }
     let groups = if points.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
     let names_of =
         |group: &Vec<usize>| -> Vec<String> { group.iter().map(|i| raw.tracks[*i].name.clone()).collect() };
@@ -233,7 +234,7 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(
     }
     // the centre, or points on a circle about it, and further points
     let [one, other] = groups.map(|group| {
-        let own: Vec<&[Sample]> = group.iter().map(|i| points[*i].as_slice()).collect();
+        let own: Vec<&RawTrack> = group.iter().map(|i| &points[*i]).collect();
         let mut names = names_of(&group);
         match central(&own) {
             Some(centre) => [vec![names.remove(centre)], names],
@@ -253,16 +254,11 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(
 }
 
 pub(super) fn are_two_discs(shot: &RawShot) -> bool {
-    groups(&places(shot, |row| row.place)).len() == 2
-}
-
-fn places(shot: &RawShot, place: impl Fn(&Row) -> [f64; 2]) -> Vec<Vec<Sample>> {
-    let sample = |row: &Row| Sample::new(row.time, place(row));
-    shot.tracks.iter().map(|track| track.seen().map(sample).collect()).collect()
+    groups(&shot.tracks).len() == 2
 }
 
 /// Returns the groups of three or more points that keep their distances, the most rigid first.
-fn groups(points: &[Vec<Sample>]) -> Vec<Vec<usize>> {
+fn groups(points: &[RawTrack]) -> Vec<Vec<usize>> {
     let count = points.len();
     let pairs = (0..count).flat_map(|i| (0..i).map(move |j| (i, j)));
     let mut rigid: Vec<(f64, usize, usize)> =
@@ -284,22 +280,17 @@ fn groups(points: &[Vec<Sample>]) -> Vec<Vec<usize>> {
     groups
 }
 
-fn distances(one: &[Sample], other: &[Sample]) -> Vec<f64> {
-    rigid_body::distances(one, other).into_iter().map(|(_, distance)| distance).collect()
-}
-
-fn change(one: &[Sample], other: &[Sample]) -> f64 {
-    let distances = distances(one, other);
-    let smooth = sorted(distances.windows(MEDIAN_FRAMES).map(|window| median(window.to_vec())));
+fn change(one: &RawTrack, other: &RawTrack) -> f64 {
+    let smooth = sorted(one.distances(other).windows(MEDIAN_FRAMES).map(|window| median(window.to_vec())));
     let ([least, ..], [.., most]) = (&smooth[..], &smooth[..]) else { return f64::INFINITY };
     (most - least) / smooth[smooth.len() / 2].max(f64::MIN_POSITIVE)
 }
 
 /// Returns the point whose distances to three others or more are equal: the centre.
-fn central(points: &[&[Sample]]) -> Option<usize> {
+fn central(points: &[&RawTrack]) -> Option<usize> {
     let is_like_centre = |i: &usize| {
         let others = (0..points.len()).filter(|j| j != i);
-        let typical = others.map(|j| median(distances(points[*i], points[j])));
+        let typical = others.map(|j| median(points[*i].distances(points[j])));
         let [least, most] = span(typical.map(|d| if d.is_nan() { f64::INFINITY } else { d }));
         most.max(0.0) <= (1.0 + MAX_INEQUALITY) * least
     };

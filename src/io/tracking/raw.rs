@@ -130,6 +130,10 @@ impl RawTrack {
         frames.filter(|[_, beside]| !beside.is_gap()).collect()
     }
 
+    pub(super) fn distances(&self, other: &Self) -> Vec<f64> {
+        self.frames_with(other).iter().map(|[row, beside]| row.distance(beside)).collect()
+    }
+
     pub(super) fn seen(&self) -> impl Iterator<Item = &Row> + Clone {
         self.rows.iter().filter(|row| !row.is_gap())
     }

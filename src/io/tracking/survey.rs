@@ -151,7 +151,7 @@ impl Survey {
         let extent = self.shots.iter().map(extent).fold(0.0, f64::max);
         let closest = |shot: &RawShot| {
             let [one, other] = shot.centres()?;
-            one.frames_with(other).iter().map(|[a, b]| a.distance(b)).min_by(f64::total_cmp)
+            one.distances(other).into_iter().min_by(f64::total_cmp)
         };
         // frames may be wrong, and slow cameras miss the contact: the first quartile of the shots
         let closest = sorted(self.shots.iter().filter_map(closest));
