@@ -18,8 +18,6 @@ pub(super) struct Wrong {
     pub(crate) is_damage: bool,
 }
 
-type Repair = Result<(), Wrong>;
-
 /// Makes gaps of placeholders for a lost ball, unless its path leads there, and of impossible
 /// places and times: a lost decimal point, a misprint.
 pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
@@ -87,7 +85,7 @@ impl Row {
 }
 
 /// Unites frames of one time. `Err`: a track at two places at a time, or a clock that starts again.
-pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Repair {
+pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Result<(), Wrong> {
     for RawTrack { name, rows, .. } in &mut shot.tracks {
         let mut written: Vec<&Row> = rows.iter().collect();
         written.sort_by_key(|row| row.line);
@@ -138,7 +136,7 @@ pub(super) fn remove_repeated_frames(
     fps: f64,
     resolution: f64,
     job: Job,
-) -> Repair {
+) -> Result<(), Wrong> {
     let [cue, object] = balls;
     let frames = cue.frames_with(object);
     let step = |ball: usize, two: &[[Row; 2]]| two[0][ball].distance(&two[1][ball]);
