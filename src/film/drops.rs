@@ -19,6 +19,9 @@ const MIN_NEIGHBOURS: usize = 3;
 /// Largest difference between a step and a multiple of the median step, in median steps.
 const MAX_STEP_DEVIATION: f64 = 0.35;
 
+/// Least median step for which steps can be compared, in units of their root mean square deviation.
+const MIN_EVEN_NOISES: f64 = 4.0;
+
 /// Ratios of a step to the median step at a drop: longer drops show in the numbers.
 const RATIOS: std::ops::RangeInclusive<f64> = 2.0..=8.0;
 
@@ -84,13 +87,16 @@ impl<'a> Steps<'a> {
         let noise = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
         // equal medians on both sides, so that neighbours do not catch up
         let turns = (middles[0] - middles[1]).norm();
-        if !(length > SIGNIFICANT * noise && turns < MAX_STEP_DEVIATION * length) {
+        if !(length > MIN_EVEN_NOISES * noise && turns < MAX_STEP_DEVIATION * length) {
             return None;
         }
         // the number of median steps in this one, and the remainder
         let own = self.lengths[i]?;
         let whole = (own.dot(&typical) / (length * length)).round();
-        let is_drop = RATIOS.contains(&whole) && (own - typical * whole).norm() < MAX_STEP_DEVIATION * length;
+        let is_drop = RATIOS.contains(&whole)
+            && (own - typical * whole).norm() < MAX_STEP_DEVIATION * length
+            // at four standard deviations one step in a thousand looks like two
+            && length > SIGNIFICANT * noise;
         Some(if is_drop { whole - 1.0 } else { 0.0 })
     }
 }
