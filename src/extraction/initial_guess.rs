@@ -27,7 +27,7 @@ pub(super) const MAX_RESIDUAL: f64 = 3.0;
 const MIN_MOVING_PART: f64 = 0.003;
 
 /// Steepest deceleration by a cloth, m/s²: a sliding friction of 0.4.
-const MAX_DECELERATION: f64 = 4.0;
+pub(super) const MAX_DECELERATION: f64 = 4.0;
 
 type Point = Vector2<f64>;
 
@@ -161,16 +161,15 @@ fn robust_speed(samples: &[Sample]) -> [f64; 3] {
     [(middle(late) - middle(early)).norm() / seconds, of_median * counts.sqrt() / seconds, seconds]
 }
 
-/// Returns the time at which the balls are nearest, s, the time of contact for any scale; and their
-/// distance then.
-fn nearest(cue: &[Sample], object: &[Sample]) -> Option<(f64, f64)> {
-    distances(cue, object).into_iter().min_by(|a, b| a.1.total_cmp(&b.1))
+/// Returns the time at which the balls are nearest, s: the time of contact for any scale.
+fn nearest(cue: &[Sample], object: &[Sample]) -> Option<f64> {
+    distances(cue, object).into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(time, _)| time)
 }
 
 /// Returns the reason for too few frames before the impact: the object ball moves before the balls
 /// touch, as far as frames show both, or a ball is not seen.
 fn without_start(cue: &[Sample], object: &[Sample], until: f64, noise: f64) -> Unusable {
-    let touch = nearest(cue, object).map_or(f64::NEG_INFINITY, |(time, _)| time);
+    let touch = nearest(cue, object).unwrap_or(f64::NEG_INFINITY);
     let free = &object[..object.partition_point(|s| s.t < touch)];
     if free.len() >= MIN_FRAMES {
         let line = Path::line(free, object[0].t);
@@ -192,25 +191,15 @@ pub(super) struct Approach {
     /// than the time of least distance if the noise hides whether the object ball was at rest.
     pub(crate) until: f64,
     /// Speed at the impact, m/s; 0 then.
-    speed: f64,
-    /// Least distance of the centres.
-    distance: f64,
+    pub(crate) speed: f64,
 }
 
-impl Approach {
-    /// Returns the least change of velocity at a corner, m/s: lines on either side last so many
-    /// seconds, and the radius of the balls is in m.
-    fn least_turn(&self, seconds: f64, radius: f64) -> f64 {
-        (MIN_TURN * self.speed).max(MAX_DECELERATION * self.distance / (2.0 * radius) * seconds)
+pub(super) fn approach(shot: &TrackShot) -> Option<Approach> {
+    if let Ok(FirstGuess { time, before, .. }) = from_paths(shot, noise(shot)) {
+        return Some(Approach { until: time, speed: before[0].hypot(before[1]) });
     }
-}
-
-pub(super) fn approach(shot: &TrackShot, noise: f64) -> Option<Approach> {
-    if let Ok(FirstGuess { time, before, distance, .. }) = from_paths(shot, noise) {
-        return Some(Approach { until: time, speed: before[0].hypot(before[1]), distance });
-    }
-    let (touch, distance) = nearest(&shot.cue, &shot.object)?;
-    Some(Approach { until: touch - LAG_FRAMES / shot.fps, speed: 0.0, distance })
+    let until = nearest(&shot.cue, &shot.object)? - LAG_FRAMES / shot.fps;
+    Some(Approach { until, speed: 0.0 })
 }
 
 /// Returns the first guess from lines and parabolas through the frames next to the impact.
@@ -276,8 +265,10 @@ pub(crate) fn from_paths(shot: &TrackShot, noise: f64) -> Result<FirstGuess, Unu
 const SIDE_FRAMES: usize = 4;
 const LONG_SIDE_FRAMES: usize = 12;
 
-/// Residual that some of a dozen frames reach, in standard deviations of the noise.
-const MAX_NOISE: f64 = 4.0;
+/// Least change of velocity at a corner before the impact, as a part of the speed at the impact:
+/// the cloth changes the velocity by less than 2 % in as many frames, at 100 frames per second and
+/// 1 m/s.
+const MIN_TURN: f64 = 0.2;
 
 /// Least change of velocity at a corner, in standard errors of the difference of two slopes.
 const MIN_TURN_ERRORS: f64 = 8.0;
@@ -289,19 +280,16 @@ const MAX_CORNER_RESIDUAL: f64 = 0.5;
 /// Frames next to the impact that are not searched for a corner: a tracker may lag as long.
 const LAG_FRAMES: f64 = 8.0;
 
-/// Least change of velocity at a corner, as a part of the speed at the impact: a ball that lands
-/// loses less than 0.015.
-const MIN_TURN: f64 = 0.03;
+/// Least change of velocity at a corner after the impact, as a part of the incoming speed: a ball
+/// that lands loses less than 0.015.
+const MIN_TURN_AFTER: f64 = 0.03;
 
 /// Removes the cue ball's frames up to the last corner before the impact, in the last of which it
-/// may still touch the cushion or ball that turned it; returns whether a corner exists. The radius
-/// of the balls is in m.
-pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, radius: f64) -> bool {
-    let (noise, fps) = (noise(shot), shot.fps);
-    let Some(approach) = approach(shot, noise) else { return false };
-    let before = &shot.cue[..shot.cue.partition_point(|sample| sample.t < approach.until - 0.5 / fps)];
-    let least = approach.least_turn(SIDE_FRAMES as f64 / fps, radius);
-    let corners = corners(before, SIDE_FRAMES, (fps, noise), (least, 0.0));
+/// may still touch the cushion or ball that turned it; returns whether a corner exists.
+pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot) -> bool {
+    let Some(Approach { until, speed }) = approach(shot) else { return false };
+    let before = &shot.cue[..shot.cue.partition_point(|sample| sample.t < until - 0.5 / shot.fps)];
+    let corners = corners(before, SIDE_FRAMES, (shot.fps, noise(shot)), (MIN_TURN * speed, 0.0));
     let Some(corner) = corners.last().map(|last| before[sharpest(&corners, last.at, SIDE_FRAMES)].t) else {
         return false;
     };
@@ -314,13 +302,14 @@ pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot, radius: f64) -> boo
 pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, radius: f64) -> bool {
     // correlated noise bends paths more
     let noise = noise(shot) * shot.frames_alike().sqrt();
-    let Some(approach) = approach(shot, noise).filter(|approach| approach.speed > 0.0) else { return false };
+    let Ok(guess) = from_paths(shot, noise) else { return false };
     let fps = shot.fps;
+    let incoming = guess.before[0].hypot(guess.before[1]);
+    let cloth = MAX_DECELERATION * guess.distance / (2.0 * radius);
     let first = |samples: &[Sample], side: usize| {
-        let after =
-            &samples[samples.partition_point(|sample| sample.t < approach.until + LAG_FRAMES / fps)..];
-        let least = approach.least_turn(side as f64 / fps, radius);
-        let corners = corners(after, side, (fps, noise), (least, MAX_NOISE * noise));
+        let after = &samples[samples.partition_point(|sample| sample.t < guess.time + LAG_FRAMES / fps)..];
+        let least = (MIN_TURN_AFTER * incoming).max(cloth * side as f64 / fps);
+        let corners = corners(after, side, (fps, noise), (least, SIGNIFICANT * noise));
         // in the frame before it the ball may touch already
         Some(after[sharpest(&corners, corners.first()?.at, side) - 1].t)
     };

@@ -265,7 +265,7 @@ pub(super) fn cleaned(tracks: &Tracks, radius: f64) -> (Vec<TrackShot>, Vec<Find
     let of = shots.len();
     let mut findings: Vec<Finding> = repair_drops(&mut shots).into_iter().collect();
     let corners =
-        shots.par_iter_mut().filter_map(|shot| leave_out_before_cushion(shot, radius).then_some(())).count();
+        shots.par_iter_mut().filter_map(|shot| leave_out_before_cushion(shot).then_some(())).count();
     if corners > 0 {
         findings.push(Finding::Corners { shots: corners, of });
     }
