@@ -210,7 +210,7 @@ impl Known<'_> {
             _ if !self.profiles || parameter.is_of_balls() => None,
             Some(_) if is_film || solution.names[0].len() > MANY_SHOTS => solution.lopsided_interval(id, t),
             _ if is_film => None,
-            _ => solution.profile(column, (t, PRECISION)),
+            _ => solution.profile(column, (t, [PRECISION; 2])),
         };
         let own = match (hessian, profile) {
             (Some(hessian), Some(profile)) => {

@@ -42,9 +42,10 @@ type Reached = (f64, f64, Evaluation);
 
 impl Solution {
     /// Returns both ends of the interval of a column of the problem: χ² is `t²` above its minimum
-    /// there to a relative precision of the root of its rise, or they are bounds met before;
-    /// `None` if χ² cannot be minimised there.
-    pub(crate) fn profile(&self, column: usize, (t, precision): (f64, f64)) -> Option<[f64; 2]> {
+    /// there to a relative precision of the root of its rise, of the first value tried, which is
+    /// that of a parabola, and of others; or they are bounds met before. `None` if χ² cannot be
+    /// minimised there.
+    pub(crate) fn profile(&self, column: usize, (t, precision): (f64, [f64; 2])) -> Option<[f64; 2]> {
         let from = self.at.state.shared.0[column];
         let error = self.covariance.sd(column).map(|sd| t * sd).filter(|sd| *sd > 0.0 && sd.is_finite());
         let first = error.unwrap_or(0.1 * from.abs().max(0.01));
@@ -62,17 +63,9 @@ impl Solution {
     /// parabola that its standard error says; `None` if it is, or cannot be minimised.
     pub(crate) fn lopsided_interval(&self, id: Id, t: f64) -> Option<[f64; 2]> {
         let column = self.column(0, id)?;
-        let (value, sd) = (self.at.state.shared.0[column], self.covariance.sd(column)?);
-        let [low, high] = self.problem.unknowns[column].bounds;
-        let is_parabola = |to: f64| {
-            let rise = least_at(&self.problem, &self.at, &[(column, to)], DIFFERENT * t * t)
-                .map_or(f64::INFINITY, |there| (there.cost - self.at.cost).max(0.0).sqrt());
-            (low..=high).contains(&to) && (rise / t - 1.0).abs() < DIFFERENT
-        };
-        if is_parabola(value - t * sd) && is_parabola(value + t * sd) {
-            return None;
-        }
-        self.profile(column, (t, EDGE))
+        let (value, half) = (self.at.state.shared.0[column], t * self.covariance.sd(column)?);
+        let ends = self.profile(column, (t, [DIFFERENT, EDGE]))?;
+        (ends != [value - half, value + half]).then_some(ends)
     }
 
     /// Returns the edge of the region of two columns on which χ², least over all others, is `rise`
@@ -95,7 +88,7 @@ impl Solution {
                 if along[i] > 0.0 { (high - centre[i]) / along[i] } else { (low - centre[i]) / along[i] }
             };
             let limit = room(0).max(room(1));
-            let distance = reach(&self.problem, &self.at, (t, EDGE), (t, limit), place)?;
+            let distance = reach(&self.problem, &self.at, (t, [EDGE; 2]), (t, limit), place)?;
             Some(place(distance).map(|(_, value)| value))
         };
         (0..DIRECTIONS).into_par_iter().map(point).collect()
@@ -103,12 +96,12 @@ impl Solution {
 }
 
 /// Returns the distance along a way from the minimum at which the root of the rise of χ² is `t`, to
-/// a relative precision, or `limit` if that is met before. The way has held columns at each
-/// distance; `first` is the distance tried first.
+/// a relative precision, of the distance tried first, `first`, and of others; or `limit` if that is
+/// met before. The way has held columns at each distance.
 fn reach<const N: usize>(
     problem: &Problem,
     minimum: &Evaluation,
-    (t, precision): (f64, f64),
+    (t, precision): (f64, [f64; 2]),
     (first, limit): (f64, f64),
     place: impl Fn(f64) -> [(usize, f64); N],
 ) -> Option<f64> {
@@ -119,6 +112,7 @@ fn reach<const N: usize>(
     let mut outside: Option<(f64, f64)> = None;
     let mut trial = first.min(limit);
     for count in 0..MAX_POINTS[usize::from(problem.rows().is_none())] {
+        let precision = precision[count.min(1)];
         // half as precise as χ² is told apart
         let there = least_at(problem, &inside.2, &place(trial), precision * t * t);
         let rise = there.as_ref().map_or(f64::INFINITY, |at| (at.cost - minimum.cost).max(0.0).sqrt());
