@@ -61,8 +61,8 @@ pub fn compare(datasets: &[Dataset], options: &Options) -> Result<Comparison, Co
     compare_watched(datasets, options, &|_| ())
 }
 
-/// Compares data sets as [`compare`] does; `stage` is called with the name of each of the [`STAGES`]
-/// as it begins.
+/// Compares data sets as [`compare`] does; `stage` is called with the name of each of the
+/// [`STAGES`] as it begins.
 pub(crate) fn compare_watched(
     datasets: &[Dataset],
     options: &Options,

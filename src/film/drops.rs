@@ -113,7 +113,8 @@ mod tests {
     use crate::measurement::spin::Spin;
     use crate::numerics::EXACT;
 
-    /// Two balls that move evenly, with a frame a second; `shows` gives the instant that each shows.
+    /// Two balls that move evenly, with a frame a second; `shows` gives the instant that each
+    /// shows.
     fn shot(shows: impl Fn(usize) -> f64) -> TrackShot {
         let sample = |speed: f64, i: usize| {
             let noise = 1e-5 * (1.7 * i as f64).sin();

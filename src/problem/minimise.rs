@@ -34,8 +34,8 @@ const COARSE: [Id; 7] = [Id::Mu, Id::E, Id::Scale, Id::Aspect, Id::Shear, Id::Pe
 const COARSE_STEPS: [usize; 2] = [10, 3];
 pub(super) const COMPARED_STEPS: usize = 12;
 
-/// Number of shots of a film, and of rows of a table, that suffice to find the minima of χ²: 174 films
-/// of all kinds of faults have the same grades as with all shots.
+/// Number of shots of a film, and of rows of a table, that suffice to find the minima of χ²: 174
+/// films of all kinds of faults have the same grades as with all shots.
 const ENOUGH_FILMED: usize = 12;
 pub(super) const ENOUGH_SHOTS: usize = 250;
 
@@ -66,9 +66,10 @@ pub(crate) fn fit(problem: &mut Problem, start: &State) -> Option<Descent> {
     Some(other)
 }
 
-/// Descends a few steps from a grid with some of the shots, of films over places, scale, μ and e with
-/// a noise as large as the first guesses are wrong. From the best two, if they are different and
-/// both likely, goes on with all shots over everything free to the lower one.
+/// Descends a few steps from a grid with some of the shots, of films over places, scale, μ and e
+/// with a noise as large as the first guesses are wrong. Returns the end, with the first guesses of
+/// shots that took no part; of the best two ends, if they are different and both likely, the one
+/// from which some steps with all shots over everything free lead lower.
 fn descend_coarsely(problem: &Problem, start: &State) -> Option<State> {
     let is_film = problem.film().is_some();
     let enough = if is_film { ENOUGH_FILMED } else { ENOUGH_SHOTS };
@@ -192,8 +193,8 @@ pub(crate) fn descend_with_noise(problem: &mut Problem, mut state: State) -> Des
     }
 }
 
-/// Decrease of χ² below which a step is not made: 0.1 standard deviations; and if others follow or a
-/// parabola is looked for: 0.3.
+/// Decrease of χ² below which a step is not made: 0.1 standard deviations; and if other descents
+/// follow, or are compared: 0.3.
 pub(super) const STALL: f64 = 0.01;
 pub(super) const ROUGH: f64 = 0.1;
 

@@ -42,9 +42,9 @@ type Reached = (f64, f64, Evaluation);
 
 impl Solution {
     /// Returns both ends of the interval of a column of the problem: χ² is `t²` above its minimum
-    /// there to a relative precision of the root of its rise, of the first value tried, which is
-    /// that of a parabola, and of others; or they are bounds met before. `None` if χ² cannot be
-    /// minimised there.
+    /// there, or they are bounds met before; `None` if χ² cannot be minimised there. The root of its
+    /// rise is as precise, relatively, as `precision` has it for the first value that is tried, the
+    /// end of a parabola, and for others.
     pub(crate) fn profile(&self, column: usize, (t, precision): (f64, [f64; 2])) -> Option<[f64; 2]> {
         let from = self.at.state.shared.0[column];
         let error = self.covariance.sd(column).map(|sd| t * sd).filter(|sd| *sd > 0.0 && sd.is_finite());
@@ -95,9 +95,9 @@ impl Solution {
     }
 }
 
-/// Returns the distance along a way from the minimum at which the root of the rise of χ² is `t`, to
-/// a relative precision, of the distance tried first, `first`, and of others; or `limit` if that is
-/// met before. The way has held columns at each distance.
+/// Returns the distance along a way from the minimum at which the root of the rise of χ² is `t`, or
+/// `limit` if that is met before. The way has held columns at each distance. The root is as
+/// precise, relatively, as `precision` has it for `first`, the distance tried first, and for others.
 fn reach<const N: usize>(
     problem: &Problem,
     minimum: &Evaluation,

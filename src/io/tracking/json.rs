@@ -164,6 +164,7 @@ impl File<'_> {
             }
         };
         let place = [number("x", x)?, number("y", y)?];
+        self.job.note_half(place, line);
         let time = number("time", time)?;
         if time.is_nan() {
             return self.refuse(raw, "a sample without t or frame");

@@ -61,15 +61,15 @@ pub(super) fn value_at(sorted: &[f64], part: f64) -> Option<f64> {
     sorted.get((part * sorted.len() as f64) as usize).copied()
 }
 
-/// Multiple of the range, or of the limit, of nine tenths of some numbers beyond which one is not
-/// like them.
-pub(super) const FAR: f64 = 5.0;
+/// Multiple of the range, or of the limit, of nine tenths of some numbers beyond which another one
+/// is a fault.
+pub(super) const UNLIKE: f64 = 5.0;
 
 /// Returns the speed beyond which a step is a jump: a multiple of that which nine tenths of these
 /// steps do not exceed, since others may be wrong. Infinite without motion.
 pub(super) fn jump_speed(steps: impl Iterator<Item = [f64; 2]>) -> f64 {
     let speeds = sorted(steps.map(|[length, time]| length / time).filter(|speed| speed.is_finite()));
-    FAR * value_at(&speeds, 0.9).filter(|fast| *fast > 0.0).unwrap_or(f64::INFINITY)
+    UNLIKE * value_at(&speeds, 0.9).filter(|fast| *fast > 0.0).unwrap_or(f64::INFINITY)
 }
 
 pub(super) fn span(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
@@ -199,6 +199,13 @@ impl Job<'_> {
         message: impl Into<String>,
     ) {
         self.problems.add(self.file, line, column, message);
+    }
+
+    /// Notes a position of which one coordinate is missing: it is a gap.
+    pub(super) fn note_half(self, place: [f64; 2], line: usize) {
+        if place[0].is_nan() != place[1].is_nan() {
+            self.note(Subject::Gaps, line, "half a position; taken as a gap");
+        }
     }
 
     /// Returns the column to be read, and whether it holds numbers of frames: these are preferred

@@ -186,6 +186,7 @@ impl Reader<'_> {
                 (None, None) => own,
             }
         });
+        self.job.note_half(place, at(body.xy[0]).line);
         let likelihood = body.likelihood.and_then(|column| self.positions.beside(at(column)));
         if place[0].is_nan() || likelihood.is_none_or(|likelihood| likelihood >= LIKELY) {
             return place;

@@ -1,12 +1,12 @@
 //! Faults between the camera and the file: lost balls, duplicate rows, rows out of order, repeated
 //! frames, exchanged names of balls. They are repaired if the repair is certain.
 
-use super::raw::{FAR, Job, RawShot, RawTrack, Row, Subject, jump_speed, sorted, value_at};
+use super::raw::{Job, RawShot, RawTrack, Row, Subject, UNLIKE, jump_speed, sorted, value_at};
 
 /// Ratio to the step of coarse coordinates below which a ball may move without being seen to.
 const MAX_COARSE: f64 = 4.0;
-/// Largest ratio of the squared jumps with exchanged names to those without if they were exchanged; a
-/// wrong place makes it 1/2.
+/// Ratio of the squared jumps with exchanged names to those without, below which the names were
+/// exchanged; a wrong place makes it 1/2.
 const MAX_SWAPPED: f64 = 0.3;
 
 /// A fault of a shot, and its line.
@@ -31,7 +31,7 @@ pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
         [0.05, 0.95].map(|part| value_at(&all, part).unwrap_or(f64::NAN))
     });
     let [x, y, t] = ranges.map(|[low, high]| high - low);
-    let reach = [x.max(y), x.max(y), t].map(|range| FAR * range);
+    let reach = [x.max(y), x.max(y), t].map(|range| UNLIKE * range);
     let is_off = |row: &Row, k: usize| {
         let ([low, high], value) = (ranges[k], values(row)[k]);
         value < low - reach[k] || value > high + reach[k]
