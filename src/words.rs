@@ -1,4 +1,5 @@
-//! Text from templates: the syntax and the filters that sentences, reports and pages have in common.
+//! Text from templates: the syntax and the filters that sentences, reports and pages have in
+//! common.
 
 use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, Error, UndefinedBehavior, Value};

@@ -64,9 +64,7 @@ impl Reference {
             let scale = cue.velocity.amax().max(model.ball.radius * cue.spin.amax());
             Self { scale, ..Self::new(case["name"].as_str().unwrap().to_owned(), model, cue, case) }
         });
-        all.filter(|case| {
-            (MIN_SPEED..MAX_SPEED).contains(&case.cue.velocity.x.max(case.cue.velocity.y.abs()))
-        })
+        all.filter(|case| SPEEDS.contains(&case.cue.velocity.x.max(case.cue.velocity.y.abs())))
     }
 
     /// Contacts that are compliant along the surface, also of balls of unequal mass.

@@ -31,7 +31,7 @@ use std::process::ExitCode;
 
 use crate::compare::CompareError;
 use crate::fit::FitError;
-use crate::physics::collision::{Fidelity, MAX_TOLERANCE, MIN_TOLERANCE, NotACollision};
+use crate::physics::collision::{Fidelity, NotACollision, TOLERANCES};
 use crate::report::{ReportError, document};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
@@ -143,8 +143,8 @@ fn fidelity() -> impl TypedValueParser<Value = Chosen> {
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {
-    let valid = Some(number(text)?).filter(|value| (MIN_TOLERANCE..=MAX_TOLERANCE).contains(value));
-    valid.ok_or_else(|| format!("expected {MIN_TOLERANCE:e} to {MAX_TOLERANCE:e}"))
+    let valid = Some(number(text)?).filter(|value| TOLERANCES.contains(value));
+    valid.ok_or_else(|| format!("expected {:e} to {:e}", TOLERANCES.start(), TOLERANCES.end()))
 }
 
 fn number(text: &str) -> Result<f64, String> {

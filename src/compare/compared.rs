@@ -291,7 +291,8 @@ impl Joint<'_> {
     }
 }
 
-/// Returns a shared quantity that the data contradict as doubtful fits do, and estimates at a bound.
+/// Returns a shared quantity that the data contradict as doubtful fits do, and estimates at a
+/// bound.
 fn find_doubts(Compared { quantity, shared, estimates, same_or_different, .. }: &Compared) -> Vec<Finding> {
     let (quantity, level) = (*quantity, 2.0 * Normal::standard().sf(Policy::default().conflict));
     let p_value = same_or_different.map(|test| test.p_value).filter(|p_value| *shared && *p_value < level);

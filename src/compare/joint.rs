@@ -101,8 +101,8 @@ pub(super) fn estimate(problem: &Problem, at: &Evaluation, columns: &[usize]) ->
 /// How sums of squares are judged.
 #[derive(Clone, Copy)]
 pub(super) struct Tests {
-    /// Degrees of freedom if the noise was estimated from the residuals, or, with a robust loss, the
-    /// errors from the scatter of the shots.
+    /// Degrees of freedom if the noise was estimated from the residuals, or, with a robust loss,
+    /// the errors from the scatter of the shots.
     pub(crate) dof: Option<f64>,
 }
 

@@ -228,7 +228,8 @@ pub(super) const WALD: &str = "Wald statistic";
 /// A test of one value for all against one for each label.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct LikelihoodRatio {
-    /// The statistic: twice the logarithm of the ratio of likelihoods, or the rise of χ²; or Wald's.
+    /// The statistic: twice the logarithm of the ratio of likelihoods, or the rise of χ²; or
+    /// Wald's.
     #[serde(rename = "likelihood_ratio")]
     #[schemars(with = "Option<f64>")]
     pub(crate) statistic: f64,

@@ -16,7 +16,8 @@ use crate::measurement::number::count_of;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::problem::own as place;
 use crate::problem::{
-    Block, Finding as OfFit, Id, Mode, Own, Problem, Sample, Severity, Shared, Solution, State, Unknown,
+    Block, Finding as OfFit, Id, Mode, OTHER_UNIT, Own, Problem, Sample, Severity, Shared, Solution, State,
+    Unknown,
 };
 
 /// A data set, or the shots of one label of its `[fit] by`, fitted alone.
@@ -129,8 +130,8 @@ impl<'a> Samples<'a> {
         Ok(())
     }
 
-    /// Returns whether a quantity has a column for each label: as asked for, else by what the labels
-    /// can differ in. A cloth has no part in what happens between the balls.
+    /// Returns whether a quantity has a column for each label: as asked for, else by what the
+    /// labels can differ in. A cloth has no part in what happens between the balls.
     pub(crate) fn is_separate(&self, quantity: Quantity) -> bool {
         let by_default = match quantity {
             Quantity::Parameter(Parameter::MuS) | Quantity::Sliding => self.by_cloth,
@@ -141,9 +142,6 @@ impl<'a> Samples<'a> {
         !share.contains(&quantity) && (by_default || per_dataset.contains(&quantity))
     }
 }
-
-/// Ratio of lengths in two films, less 1, beyond which their camera was another one, or moved.
-const OTHER_CAMERA: f64 = 0.1;
 
 /// An unknown, and the samples that share it: those of the same number, and value if they hold it.
 struct Column<'a> {
@@ -272,7 +270,7 @@ impl Samples<'_> {
         }
         let factor = of_first.unit / own.unit;
         let lengths = own.value(Id::Scale) * factor / of_first.value(Id::Scale);
-        if (lengths - 1.0).abs() > OTHER_CAMERA {
+        if (lengths - 1.0).abs() > OTHER_UNIT {
             return refuse(format!(
                 "{} and {}: lengths in their films differ by a factor of {lengths:.2}, but camera has the same label in both; \
                  expected it of one camera that was not moved",

@@ -26,7 +26,7 @@ use information::Information;
 pub(crate) use plan::FewestShots;
 
 /// Number of shots at one cut angle and speed that are compared.
-const COMPARED: f64 = 40.0;
+const COMPARED: usize = 40;
 
 /// A planned experiment and its wanted standard errors: a SPEC.toml.
 #[derive(Clone, Debug)]
@@ -306,7 +306,8 @@ fn marker_errors(camera: &Camera) -> [f64; 2] {
 
 /// Returns the shots that determine a parameter best, and the kinds that do not.
 fn best_shots(expected: &Expected, cells: &[Cell], parameter: Parameter) -> String {
-    let error = |cell: &Cell| information::std_errors(&(cell.information * COMPARED))[parameter as usize];
+    let error =
+        |cell: &Cell| information::std_errors(&(cell.information * COMPARED as f64))[parameter as usize];
     let found: Vec<(f64, &Cell)> = cells.iter().filter_map(|cell| Some((error(cell)?, cell))).collect();
     let what = format!("{} ({})", parameter.symbol(), parameter.meaning());
     let Some((least, best)) = found.iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {

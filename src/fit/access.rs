@@ -124,7 +124,8 @@ impl Fit {
         if self.frames.is_some() { Counted::Coordinates } else { Counted::of(observables) }
     }
 
-    /// Returns how the data were fitted: all frames at once, or measured impacts and angles directly.
+    /// Returns how the data were fitted: all frames at once, or measured impacts and angles
+    /// directly.
     pub fn method_name(&self) -> &'static str {
         if self.frames.is_some() || self.discs.is_some() { "joint" } else { "direct" }
     }

@@ -58,7 +58,8 @@ pub fn fit_watched(
     Ok(fits)
 }
 
-/// Returns the parts of a data set, each with its label of `[fit] by`; one without a label is whole.
+/// Returns the parts of a data set, each with its label of `[fit] by`; one without a label is
+/// whole.
 pub(crate) fn parts(dataset: &Dataset) -> Vec<(Option<String>, Dataset)> {
     let mut labels: Vec<String> = Vec::new();
     if let Some(by) = &dataset.by {

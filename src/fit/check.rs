@@ -10,7 +10,7 @@ use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::physics::collision::Fidelity;
-use crate::problem::predict;
+use crate::problem::{Policy, predict};
 use crate::words::capital;
 
 /// Number of shots below which the noise is left to luck.
@@ -29,9 +29,6 @@ const MOST_THROW_DEG: f64 = 20.0;
 
 /// Limits of the sliding friction of a cloth; published values lie between 0.15 and 0.4.
 const SLIDING: [f64; 2] = [0.1, 0.5];
-
-/// Number of standard errors beyond which a friction is outside of its limits.
-const OUTSIDE_ERRORS: f64 = 3.0;
 
 /// A rolling ball's spin can add a few per cent to the energy of motion, and to a speed.
 const MOST_RATIO: f64 = 1.05;
@@ -93,7 +90,8 @@ pub(crate) fn suspicious(dataset: &Dataset, shots: &[&Shot], sliding: Option<Mea
         found.push(Finding::new(None, "radius", context! { radius, limits }));
     }
     if let Some(Measured { value, sd: Some(sd) }) = sliding
-        && (value + OUTSIDE_ERRORS * sd < SLIDING[0] || value - OUTSIDE_ERRORS * sd > SLIDING[1])
+        && let outside = (SLIDING[0] - value).max(value - SLIDING[1])
+        && outside > Policy::default().conflict * sd
     {
         found.push(Finding::new(None, "sliding", context! { value, sd }));
     }
@@ -153,11 +151,9 @@ fn advice(dataset: &Dataset) -> Vec<Finding> {
 
 /// Returns whether no observation depends on a parameter.
 fn is_undetermined(dataset: &Dataset, parameter: Parameter) -> bool {
-    /// Part of the initial value at which something else is predicted if it depends on it.
-    const OTHER: f64 = 0.9;
     let model = dataset.model(Fidelity::Full);
     let mut other = dataset.settings;
-    other[parameter].initial *= OTHER;
+    other[parameter].initial *= 0.5;
     let depends = |shot: &Shot| {
         let [here, there] =
             [&dataset.settings, &other].map(|settings| predict(shot, &model, &settings.coefficients()));

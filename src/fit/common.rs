@@ -42,7 +42,8 @@ pub(super) struct Own<'a> {
     /// Parameters of which combinations may be undetermined, and those that no number depends on.
     pub(crate) combined: Vec<Parameter>,
     pub(crate) silent: Vec<Parameter>,
-    /// Parameters whose regions are drawn, and the degrees of freedom of a noise that was estimated.
+    /// Parameters whose regions are drawn, and the degrees of freedom of a noise that was
+    /// estimated.
     pub(crate) drawn: Vec<Parameter>,
     pub(crate) dof_of_noise: Option<f64>,
     /// χ² that is tested, its degrees of freedom, and whether its noise is stated.

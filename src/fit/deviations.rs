@@ -193,7 +193,8 @@ fn observables(shots: &[Option<Deviations>]) -> Vec<Observable> {
 type Part = Box<dyn Fn(&Deviations, Observable) -> f64>;
 
 /// Returns what may have trends: of impacts the velocities along and across the line of centres, of
-/// angles and discs every observable. Friction is against the slip and has the sign of the cut angle.
+/// angles and discs every observable. Friction is against the slip and has the sign of the cut
+/// angle.
 fn quantities(seen: &[Observable]) -> Vec<(&'static str, Part)> {
     if !seen.iter().any(|observable| Observable::IMPACTS.contains(observable)) {
         let number = |which: Observable| -> Part {

@@ -11,22 +11,13 @@ use crate::measurement::dataset::{Dataset, ON_REQUEST, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::problem::Severity::{Doubtful, Note, Unusable, Warning};
-use crate::problem::{Finding, Policy, Severity, refutes};
+use crate::problem::{Finding, MISLEADING, Policy, Severity, refutes};
 
 /// Kind of what is wrong with footage or its description.
 pub(super) const FOOTAGE: &str = "suspicious-footage";
 
-/// Part of all shots: with fewer used, those that were left out may be the rule.
-const FEW_USED: f64 = 0.6;
-
-/// Part of the shots beyond which a fault is systematic.
-const MANY_SUSPICIOUS: f64 = 0.5;
-
 /// Correlation of the noise of neighbouring frames above which tracks are filtered.
 const SMOOTHED: f64 = 0.93;
-
-/// Ratio of a standard error to the one with others exactly at bounds that is worth saying.
-const WORTH_SAYING: f64 = 2.0;
 
 /// Part of the rounding of the readings; without one, in rad, m/s, rad/s or as a ratio: smaller
 /// residuals are rounding of the search.
@@ -129,7 +120,7 @@ impl Fit {
         let rejected = self.unwanted();
         if let Some(Rejected { shot, reason }) = rejected.first() {
             let (used, of) = (self.shots_used(), self.shots_used() + rejected.len());
-            let are_few = (used as f64) < FEW_USED * of as f64;
+            let are_few = !Policy::default().are_most(used, of);
             let severity = if are_few { Doubtful } else { Warning };
             all.say(severity, "shots-left-out", context! { used, of, shot, reason });
         }
@@ -178,7 +169,7 @@ impl Fit {
         let suspicious = &self.diagnostics.suspicious;
         let is_of_most = |finding: &&check::Finding| {
             let alike = suspicious.iter().filter(|other| other.kind == finding.kind).count();
-            finding.shot.is_none() || alike as f64 > MANY_SUSPICIOUS * self.shots_used() as f64
+            finding.shot.is_none() || 2 * alike > self.shots_used()
         };
         let rho = self.camera.as_ref().and_then(FoundCamera::noise_correlation);
         if let Some(check::Finding { shot, text, .. }) = suspicious.iter().find(is_of_most) {
@@ -277,7 +268,7 @@ impl Fit {
         for estimate in &self.estimates {
             let parameter = estimate.parameter.name();
             if let Some((released, held)) = estimate.std_error.zip(estimate.std_error_at_bound)
-                && released / held >= WORTH_SAYING
+                && released / held >= MISLEADING
                 && !others.is_empty()
             {
                 let values =

@@ -10,7 +10,7 @@ use super::film::FittedFilm;
 use crate::film::frame_noise::constant_axis;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
-use crate::problem::{DiscImpact, Finding, Id, Quantity, Severity, Solution};
+use crate::problem::{DiscImpact, Finding, Id, Policy, Quantity, Severity, Solution};
 use crate::words::Sentences;
 
 /// The words of every remark, by its kind.
@@ -46,11 +46,9 @@ pub(crate) fn words_of(name: &str, values: Values) -> String {
         .map_or_else(String::new, |remark| remark.sentence)
 }
 
-/// Difference of a topspin from the stated one, over natural roll, that counts as another spin.
+/// Difference of a topspin from the stated one, over natural roll, that counts as another spin;
+/// half of it is next to no topspin.
 pub(super) const DIFFERS: f64 = 0.2;
-
-/// Part of the shots that have the same spin, so that one word states it.
-const MIN_ALIKE_PART: f64 = 0.75;
 
 /// Frames between neighbouring positions of a disc beyond which some are missing.
 const GAP: f64 = 2.5;
@@ -99,7 +97,7 @@ fn spins(film: &FittedFilm) -> Values {
         tracks.filter_map(|(track, (_, found))| Some((stated(track.spin)?, found))).collect();
     let shots = all.len();
     let near = |spin: f64| all.iter().filter(|(_, found)| (found - spin).abs() < DIFFERS).count();
-    let are_most = |count: usize| count as f64 > MIN_ALIKE_PART * shots as f64;
+    let are_most = |count: usize| Policy::default().are_most(count, shots);
     let (rolling, stun) = (near(1.0), near(0.0));
     let differ = all.iter().any(|(stated, found)| (found - stated).abs() > DIFFERS);
     let found = match differ {

@@ -11,10 +11,8 @@ use crate::fit::Counted;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::written::written_by_name;
 use crate::name::worded;
+use crate::numerics::EXACT;
 use crate::problem::Combination;
-
-/// The mean square of standardized residuals below which they are rounding of the search.
-const MIN_MEAN_SQUARE: f64 = 1e-12;
 
 /// An Anderson-Darling statistic beyond which the formula for its probability does not hold.
 const MAX_STATISTIC: f64 = 13.0;
@@ -151,7 +149,7 @@ pub(in crate::fit) fn normality_of(standardized: &[f64]) -> Option<Normality> {
     }
     let mean = standardized.iter().sum::<f64>() / n as f64;
     let variance = standardized.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1) as f64;
-    let normal = Normal::new(mean, variance.sqrt()).ok().filter(|_| variance > MIN_MEAN_SQUARE)?;
+    let normal = Normal::new(mean, variance.sqrt()).ok().filter(|_| variance > EXACT)?;
     let (statistic, p_value) = anderson_darling(standardized, &normal).ok()?;
     let p_value = if statistic < MAX_STATISTIC { p_value.clamp(0.0, 1.0) } else { 0.0 };
     Some(Normality { statistic: if statistic.is_finite() { statistic } else { f64::MAX }, p_value })

@@ -6,6 +6,7 @@ use super::camera::FoundCamera;
 use super::common::{Fitted, Own};
 use super::deviations::trends;
 use super::film::FittedFilm;
+use super::film_words::DIFFERS;
 use super::request::Request;
 use super::{Depth, Estimate, Fit, FitError, Status, doubts, film_words};
 use crate::measurement::dataset::{Measured, Shot};
@@ -13,9 +14,6 @@ use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Fidelity, Model};
 use crate::problem::{Id, Known, Modelling, Policy, Quantiles, RowsError, fit_film};
-
-/// Topspin over natural roll from which on the cloth carries the object ball enough to be seen.
-const TOPSPIN: f64 = 0.1;
 
 /// Fits all frames of a film.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
@@ -66,7 +64,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         ..fitted.fit(own)
     };
     let shots: Vec<&Shot> = film.impacts.iter().map(|impact| &impact.shot).collect();
-    let has_topspin = film.solution.topspins().iter().any(|(_, topspin)| *topspin > TOPSPIN);
+    let has_topspin = film.solution.topspins().iter().any(|(_, topspin)| *topspin > 0.5 * DIFFERS);
     let of_film = film_words::of_film(&film);
     doubts::comment(&mut fit, dataset, &shots, has_topspin, of_film);
     Ok(fit)

@@ -96,14 +96,9 @@ fn contour(
     Some(Contour { parameters: pair.map(|estimate| estimate.parameter), centre, levels: levels? })
 }
 
-/// Whether both ends of an interval by the profile are those of a parabola.
+/// Returns whether both ends of an interval by the profile are those of a parabola.
 fn is_parabola(estimate: &Estimate) -> bool {
-    /// Width of a line in a figure, as a part of the width of the interval.
-    const LINE_WIDTH: f64 = 0.01;
-    let Some(([low, high], profile)) = estimate.intervals.hessian.zip(estimate.intervals.profile) else {
-        return !estimate.is_profiled();
-    };
-    (profile[0] - low).abs().max((profile[1] - high).abs()) < LINE_WIDTH * (high - low)
+    !estimate.is_profiled() || estimate.intervals.profile == estimate.intervals.hessian
 }
 
 /// χ² rises by this on the edge of the region of two parameters.

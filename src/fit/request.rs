@@ -4,7 +4,7 @@ use super::Rejected;
 use crate::measurement::dataset::{Dataset, ON_REQUEST};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Setting, Settings};
-use crate::physics::collision::{Fidelity, MAX_TOLERANCE, MIN_TOLERANCE, Model};
+use crate::physics::collision::{Fidelity, Model, TOLERANCES};
 use crate::problem::{FilmError, RowsError};
 
 /// Choices of a fit that are not part of the data set. The default is what `caromfit fit` does.
@@ -17,7 +17,7 @@ pub struct Options {
     /// How the friction between the balls decreases with the slip.
     pub falling: Falling,
     /// The tolerance of the fidelities that integrate ([`Model::tolerance`]): in parts of the
-    /// closing speed, from [`MIN_TOLERANCE`] to [`MAX_TOLERANCE`].
+    /// closing speed, within [`TOLERANCES`].
     pub tolerance: f64,
     /// How much the fit finds out about its own uncertainty.
     pub depth: Depth,
@@ -76,11 +76,9 @@ impl Options {
     /// Returns the faults of the choices, which a fit refuses, with what was expected.
     pub fn faults(&self) -> Vec<String> {
         let mut faults = Vec::new();
-        if !(MIN_TOLERANCE..=MAX_TOLERANCE).contains(&self.tolerance) {
-            faults.push(format!(
-                "tolerance is {:?}; expected {MIN_TOLERANCE:e} to {MAX_TOLERANCE:e}",
-                self.tolerance
-            ));
+        if !TOLERANCES.contains(&self.tolerance) {
+            let [least, most] = [TOLERANCES.start(), TOLERANCES.end()];
+            faults.push(format!("tolerance is {:?}; expected {least:e} to {most:e}", self.tolerance));
         }
         let law = self.falling.applied(Settings::default());
         for parameter in [Parameter::B, Parameter::C] {

@@ -20,9 +20,6 @@ const SELDOM: f64 = 0.15;
 /// Standard deviation of m_cue/m_object of balls of 170 g that are each weighed to 0.1 g: 0.0008.
 const WEIGHED: f64 = 0.001;
 
-/// Part of a variance.
-const LARGE_MASS_PART: f64 = 0.5;
-
 worded! {
     /// Whether the numbers of a fit can be used, the best first.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -114,7 +111,7 @@ impl Fit {
             let masses = budget.shares.iter().find(|share| share.nuisance == Id::MassRatio)?.variance;
             let all = budget.shares.iter().map(|share| share.variance).sum::<f64>() + budget.noise;
             let parameter = Parameter::COEFFICIENTS.into_iter().find(|p| Id::from(*p) == budget.id)?;
-            (masses > LARGE_MASS_PART * all).then_some((parameter.symbol(), all.sqrt(), masses.sqrt()))
+            (masses > 0.5 * all).then_some((parameter.symbol(), all.sqrt(), masses.sqrt()))
         };
         let limited = self.budget.iter().filter_map(share);
         limited.max_by(|a, b| (a.2 / a.1).total_cmp(&(b.2 / b.1)))

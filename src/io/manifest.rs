@@ -17,7 +17,7 @@ use crate::measurement::parameter::{Compliance, Parameter, Prior, Setting, Setti
 use crate::measurement::spin::Spin;
 use crate::name::worded;
 use crate::physics::ball::Ball;
-use crate::physics::collision::{POISSON, kappa};
+use crate::physics::collision::{Model, kappa};
 use crate::physics::disc::{Discs, UNIFORM_DISC};
 
 /// Maximum length of a data set's name, bytes: with suffixes below the 255 of file systems.
@@ -145,7 +145,7 @@ impl Keys {
             camera: camera.label.clone(),
             source: self.source,
             object,
-            settings: self.fit.settings(kappa(self.ball.poisson.unwrap_or(POISSON)), source),
+            settings: self.fit.settings(self.ball.poisson.map_or(Model::KAPPA, kappa), source),
             loss: self.fit.loss,
             by: self.fit.by,
             side_sd: self.cue_spin.side_sd.unwrap_or(0.0),

@@ -2,10 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::least_squares::{self, Descending, ROUNDING, Step, SumOfSquares};
-
-/// Part by which diagonals are raised in the first step.
-const START_DAMPING: f64 = 1e-4;
+use super::least_squares::{self, Descending, FIRST_DAMPING, ROUNDING, Step, SumOfSquares};
 
 /// A sum of squares at a place, with its normal equations.
 #[derive(Clone)]
@@ -32,7 +29,7 @@ pub(crate) fn descend<T: Clone>(
     evaluate: impl Fn(DVector<f64>) -> Place<T>,
 ) -> Place<T> {
     let start = evaluate(x);
-    let how = Descending { damping: START_DAMPING, steps, stall };
+    let how = Descending { damping: FIRST_DAMPING, steps, stall };
     least_squares::descend(&Function(evaluate), start, how).end
 }
 

@@ -12,11 +12,12 @@ use argmin::core::{
     TerminationStatus,
 };
 
-/// Damping at which a descent gives up.
-const MAX_DAMPING: f64 = 1e16;
-
-/// Share of a sum that is rounding.
+/// Share of a sum that is rounding. A descent gives up when the undamped part of a diagonal is,
+/// too.
 pub(crate) const ROUNDING: f64 = 1e-14;
+
+/// Part by which diagonals are raised in the first step: first guesses are near.
+pub(crate) const FIRST_DAMPING: f64 = 1e-6;
 
 /// Least share of its promise that a step gains if it is made (MINPACK).
 const ACCEPTED: f64 = 1e-4;
@@ -30,9 +31,6 @@ const AFTER_LOSS: f64 = 10.0;
 /// Largest promise of a step after one that was not made, as a part of that one's: a step that
 /// promises as much is the same step.
 const SHORTER: f64 = 0.5;
-
-/// Factor of the damping if the gain of a step would be lost in rounding.
-const RELAXED: f64 = 1e-6;
 
 /// Number of steps in a row that gain almost no part of their promise, after which a
 /// descent ends.
@@ -149,14 +147,14 @@ impl Marquardt {
     /// gain of a step would be lost in rounding, one with less damping takes its place.
     fn propose<S: SumOfSquares>(&mut self, squares: &S, at: &S::Evaluation) -> Option<Step<S::State>> {
         let (sum, rounding) = (squares.sum(at), squares.rounding(at));
-        while self.damping < MAX_DAMPING && sum.is_finite() {
+        while self.damping < ROUNDING.recip() && sum.is_finite() {
             let Some(step) = squares.step(at, self.damping) else {
                 self.damping *= AFTER_LOSS;
                 continue;
             };
             if step.promise <= rounding && self.may_relax {
                 self.may_relax = false;
-                self.damping = (RELAXED * self.damping).max(f64::MIN_POSITIVE);
+                self.damping = (FIRST_DAMPING * self.damping).max(f64::MIN_POSITIVE);
                 continue;
             }
             if step.promise > rounding && step.promise > SHORTER * self.failed {

@@ -260,9 +260,9 @@ pub(crate) fn flat<T: Number>(v: Vector2<T>) -> Vector3<T> {
 pub struct Path(Vec<Stretch<f64>>);
 
 impl Path {
-    /// Returns the path of a ball through an impact at a position, m, and a time, s, from its states
-    /// just before and after, table frame: before, sliding if it slips there, else rolling; after,
-    /// flight with its bounces, sliding, rolling to the end.
+    /// Returns the path of a ball through an impact at a position, m, and a time, s, from its
+    /// states just before and after, table frame: before, sliding if it slips there, else rolling;
+    /// after, flight with its bounces, sliding, rolling to the end.
     #[must_use]
     pub fn through(states: [&BallState; 2], ball: &Ball, [x, y]: [f64; 2], time: f64, cloth: &Cloth) -> Self {
         let Cloth { sliding, rolling, bounce } = *cloth;

@@ -2,10 +2,8 @@
 //! enough: a contact that is compliant along its surface, and weight and cloth during the contact.
 
 use super::findings::Finding;
-use super::minimise::{
-    COMPARED_STEPS, Descent, ENOUGH_SHOTS, FAR, ROUGH, Thinned, descend, descend_with_noise, thin,
-};
-use super::policy::Policy;
+use super::minimise::{Descent, ENOUGH_SHOTS, FAR, Thinned, descend, descend_with_noise, thin};
+use super::policy::{COMPARED_STEPS, Policy, ROUGH};
 use super::problem::{Evaluation, Problem, State};
 use super::unknowns::{Id, Mode};
 use crate::measurement::parameter::Compliance;
@@ -65,9 +63,9 @@ struct Tried {
     adopted: bool,
 }
 
-/// Refits with an effect, which `add` adds to a problem and its state, and adopts it if χ² decreases
-/// by more than `least`. An effect that makes some of the shots of a large table less likely is not
-/// computed for all.
+/// Refits with an effect, which `add` adds to a problem and its state, and adopts it if χ²
+/// decreases by more than `least`. An effect that makes some of the shots of a large table less
+/// likely is not computed for all.
 fn adopt(
     problem: &mut Problem,
     descent: &mut Descent,

@@ -23,8 +23,8 @@ pub(crate) enum Severity {
 const LATE: usize = 2;
 
 /// A finding of a fit. `shots` and `of` are numbers of shots, those that the finding is of and all;
-/// `sd` is a standard error, `fall` the decrease of −2 log L with what was found, and `adopted` whether
-/// the estimates include it.
+/// `sd` is a standard error, `fall` the decrease of −2 log L with what was found, and `adopted`
+/// whether the estimates include it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub(crate) enum Finding {

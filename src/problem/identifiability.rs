@@ -9,11 +9,8 @@ use super::problem::{Evaluation, Problem, Reduced};
 use super::solution::Solution;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode};
+use crate::numerics::EXACT;
 use crate::words::symbol;
-
-/// Eigenvalue of the normal matrix, scaled to a diagonal of 1, below which χ² does not change along
-/// its direction: products of derivatives are exact to 1e-12.
-const NULL: f64 = 1e-11;
 
 /// Condition number from which on a direction is weakly determined (Belsley, Kuh and Welsch,
 /// Regression Diagnostics, 1980, ch. 3).
@@ -134,7 +131,8 @@ fn combine(unknowns: &[(Id, f64)], matrix: &DMatrix<f64>) -> Option<Combination>
     }
     let eigen = scaled.symmetric_eigen();
     let (values, least) = (&eigen.eigenvalues, eigen.eigenvalues.imin());
-    let is_undetermined = values[least] <= NULL;
+    // χ² does not change along the direction: products of derivatives, each exact but for roundings
+    let is_undetermined = values[least] <= n as f64 * EXACT;
     let direction = eigen.eigenvectors.column(least).component_div(&norms);
     let length = if is_undetermined { direction.amax() } else { values[least].sqrt() };
     let named = (0..n).filter(|i| eigen.eigenvectors[(*i, least)].abs() > SHARE);

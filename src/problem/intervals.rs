@@ -5,7 +5,7 @@ use statrs::distribution::{ContinuousCDF, Normal as Gauss, StudentsT};
 
 use super::identifiability::worst_direction;
 use super::problem::{Evaluation, Problem};
-use super::profile::{DIFFERENT, PRECISION};
+use super::profile::{DIFFERENT, EDGE};
 use super::solution::Solution;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode};
@@ -15,6 +15,9 @@ use crate::numerics::EXACT;
 
 /// Halvings for the edge of a range of values on which χ² does not depend.
 const HALVINGS: usize = 45;
+
+/// Ratio of two errors of one estimate from which on the smaller one misleads.
+pub(crate) const MISLEADING: f64 = 2.0;
 
 /// Number of shots of a table beyond which profiles are followed only if χ² is not a parabola, and
 /// regions, some hundred fits, are not drawn.
@@ -115,7 +118,6 @@ impl ParameterEstimate {
     /// than half, or more than twice, as wide as ± two standard errors, or extends to another
     /// minimum.
     pub fn lopsided(&self) -> Option<[f64; 2]> {
-        const MISLEADING: f64 = 2.0;
         let [low, high] = self.interval_95.filter(|_| self.is_profiled())?;
         let wide = (high - low) / (4.0 * self.std_error?);
         let differs = self.includes_other_minimum || !(1.0 / MISLEADING..=MISLEADING).contains(&wide);
@@ -210,7 +212,7 @@ impl Known<'_> {
             _ if !self.profiles || parameter.is_of_balls() => None,
             Some(_) if is_film || solution.names[0].len() > MANY_SHOTS => solution.lopsided_interval(id, t),
             _ if is_film => None,
-            _ => solution.profile(column, (t, [PRECISION; 2])),
+            _ => solution.profile(column, (t, [EDGE; 2])),
         };
         let own = match (hessian, profile) {
             (Some(hessian), Some(profile)) => {

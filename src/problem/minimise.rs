@@ -6,10 +6,11 @@ use std::ops::Range;
 use super::block::Block;
 use super::film::block::FilmBlock;
 use super::noise::{self, minus_two_log};
+use super::policy::{COMPARED_STEPS, ROUGH, STALL};
 use super::problem::{Evaluation, Problem, State};
 use super::unknowns::{Id, Mode};
 use crate::numerics::bounded_step::step_within_bounds;
-use crate::numerics::least_squares::{self, Descending, ROUNDING, Step, SumOfSquares};
+use crate::numerics::least_squares::{self, Descending, FIRST_DAMPING, ROUNDING, Step, SumOfSquares};
 
 /// Values of μ that descents start from, of waxed balls to rubber: a contact that sticks does not
 /// depend on μ, so that thick shots of slippery bodies have minima between small values. In films
@@ -30,9 +31,8 @@ pub(super) const FAR: f64 = 25.0;
 /// Unknowns of the first descents: places and scale before all others.
 const COARSE: [Id; 7] = [Id::Mu, Id::E, Id::Scale, Id::Aspect, Id::Shear, Id::PerspectiveX, Id::PerspectiveY];
 
-/// Steps of the first descents, of films and of tables, and of descents whose ends are compared.
+/// Steps of the first descents, of films and of tables.
 const COARSE_STEPS: [usize; 2] = [10, 3];
-pub(super) const COMPARED_STEPS: usize = 12;
 
 /// Number of shots of a film, and of rows of a table, that suffice to find the minima of χ²: 174
 /// films of all kinds of faults have the same grades as with all shots.
@@ -192,14 +192,6 @@ pub(crate) fn descend_with_noise(problem: &mut Problem, mut state: State) -> Des
         state = end.state;
     }
 }
-
-/// Decrease of χ² below which a step is not made: 0.1 standard deviations; and if other descents
-/// follow, or are compared: 0.3.
-pub(super) const STALL: f64 = 0.01;
-pub(super) const ROUGH: f64 = 0.1;
-
-/// Part by which diagonals are raised in the first step: first guesses are near.
-const FIRST_DAMPING: f64 = 1e-6;
 
 /// Evaluations of a descent at most, typical are 6.
 pub(super) const MAX_STEPS: usize = 40;

@@ -52,13 +52,13 @@ pub(crate) use discs::measure::{MeasuredDiscs, measure_discs};
 pub(crate) use discs::own::Component;
 pub(crate) use film::camera::Camera;
 pub use film::film_data::FilmError;
-pub(crate) use film::film_data::Modelling;
+pub(crate) use film::film_data::{Modelling, OTHER_UNIT};
 #[cfg(feature = "io")]
 pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
 pub(crate) use film::shots::{FittedFrame, Impact, OwnEstimate};
 pub(crate) use findings::{Finding, Severity};
 pub(crate) use identifiability::Combination;
-pub(crate) use intervals::{Known, MANY_SHOTS, Quantiles};
+pub(crate) use intervals::{Known, MANY_SHOTS, MISLEADING, Quantiles};
 pub use intervals::{ParameterEstimate, Status};
 pub(crate) use offsets::{ShiftScore, Slope};
 pub(crate) use policy::Policy;

@@ -8,10 +8,8 @@ use super::sums::{Noise, NoiseSums, Scattered, Spread};
 use super::uncertainty::Estimates;
 use crate::extraction::MIN_RHO;
 
-/// Largest correlation of neighbouring frames that is estimated.
-const MAX_RHO: f64 = 0.98;
-
-/// Step of the correlation between values whose likelihoods are compared.
+/// Step of the correlation between values whose likelihoods are compared. The largest one that is
+/// estimated is half a step below 1.
 const RHO_STEP: f64 = 0.04;
 
 /// The noise has settled if its variance changes by less than this part and ρ by less than this.
@@ -51,7 +49,7 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
                     continue;
                 }
                 let of_residuals = if sum.square > 0.0 { sum.lagged / sum.square } else { 0.0 };
-                let rho = likeliest.unwrap_or(of_residuals).clamp(0.0, MAX_RHO);
+                let rho = likeliest.unwrap_or(of_residuals).clamp(0.0, 1.0 - 0.5 * RHO_STEP);
                 let least = if let Block::Rows(rows) = &*block { rows.pools[which].least() } else { 0.0 };
                 let noise = &mut block.noises_mut()[which];
                 let sd = (noise.sd * growth.sqrt()).max(least);
@@ -122,7 +120,7 @@ fn likeliest_correlation(problem: &mut Problem, at: &Evaluation, sample: usize, 
     if !(present > MIN_RHO && dof > 0.0) {
         return None;
     }
-    let middle = present.clamp(RHO_STEP, MAX_RHO - RHO_STEP);
+    let middle = present.clamp(RHO_STEP, 1.0 - 1.5 * RHO_STEP);
     let [low, here, high] =
         [-RHO_STEP, 0.0, RHO_STEP].map(|by| restricted(problem, at, (sample, middle + by), dof));
     let (low, here, high) = (low?, here?, high?);

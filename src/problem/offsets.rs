@@ -8,6 +8,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use super::film::shots::VELOCITIES;
 use super::rows::deviations::Deviations;
 use super::solution::Solution;
+use super::uncertainty::OWN_PART;
 use super::unknowns::Id;
 
 /// Velocities after the impact less the model's: of the cue ball along and across the line of
@@ -42,9 +43,6 @@ pub(crate) struct ShiftScore {
     /// [`Solution::own_columns`].
     pub(crate) beside: DVector<f64>,
 }
-
-/// Part of the information on a slope or a level that the other unknowns must leave.
-const OWN_PART: f64 = 1e-6;
 
 impl Solution {
     /// Returns the outcome offsets of shot `i` of a sample; `None` if its frames do not determine

@@ -1,5 +1,13 @@
 //! Every statistical choice of a fit.
 
+/// Decrease of χ² below which a step is not made: 0.1 standard deviations; and if other descents
+/// follow, or are compared: 0.3.
+pub(super) const STALL: f64 = 0.01;
+pub(super) const ROUGH: f64 = 0.1;
+
+/// Steps of descents whose ends are compared.
+pub(super) const COMPARED_STEPS: usize = 12;
+
 /// Statistical choices.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Policy {
@@ -46,10 +54,15 @@ pub(crate) struct Policy {
 }
 
 impl Policy {
+    /// Returns whether a part of the shots are so many that the others may be left out.
+    pub(crate) fn are_most(&self, part: usize, of: usize) -> bool {
+        (of - part) as f64 <= self.max_lost * of as f64
+    }
+
     /// Returns which shots are kept: all if too many were to be left out.
     pub(crate) fn keep_most(&self, keep: Vec<bool>) -> Vec<bool> {
-        let lost = keep.iter().filter(|keep| !**keep).count();
-        if lost as f64 > self.max_lost * keep.len() as f64 { vec![true; keep.len()] } else { keep }
+        let kept = keep.iter().filter(|keep| **keep).count();
+        if self.are_most(kept, keep.len()) { keep } else { vec![true; keep.len()] }
     }
 }
 

@@ -16,9 +16,6 @@ use super::unknowns::Id;
 /// interval.
 pub(super) const DIFFERENT: f64 = 0.1;
 
-/// Relative precision of the root of the rise of χ² at an end.
-pub(super) const PRECISION: f64 = 2e-3;
-
 /// Evaluations of a descent at one point of a table, and of a film, whose steps gain little
 /// after the first; and points for one end, typical are 3.
 const MAX_STEPS: [usize; 2] = [60, 3];
@@ -27,24 +24,21 @@ const MAX_POINTS: [usize; 2] = [80, 12];
 /// Relative width of a bracket at which a jump of χ² is an end.
 const JUMP: f64 = 1e-6;
 
-/// Part of t that the rise is taken to be at least, so that a flat χ² is left in bounded steps.
-const FLAT: f64 = 1e-3;
-
 /// Directions of the edge of a region.
 const DIRECTIONS: usize = 24;
 
-/// Relative precision of the root of the rise of χ² at the edge of a region, a line's width, and at
-/// the ends of intervals of films, whose χ² is rough by some hundredths.
-const EDGE: f64 = 0.01;
+/// Relative precision of the root of the rise of χ² at ends of intervals and edges of regions: a
+/// line's width, and as much as χ² of films is rough.
+pub(super) const EDGE: f64 = 0.01;
 
 /// A distance along a way from the minimum, the root of the rise of χ² there, and the point.
 type Reached = (f64, f64, Evaluation);
 
 impl Solution {
     /// Returns both ends of the interval of a column of the problem: χ² is `t²` above its minimum
-    /// there, or they are bounds met before; `None` if χ² cannot be minimised there. The root of its
-    /// rise is as precise, relatively, as `precision` has it for the first value that is tried, the
-    /// end of a parabola, and for others.
+    /// there, or they are bounds met before; `None` if χ² cannot be minimised there. The root of
+    /// its rise is as precise, relatively, as `precision` has it for the first value that is tried,
+    /// the end of a parabola, and for others.
     pub(crate) fn profile(&self, column: usize, (t, precision): (f64, [f64; 2])) -> Option<[f64; 2]> {
         let from = self.at.state.shared.0[column];
         let error = self.covariance.sd(column).map(|sd| t * sd).filter(|sd| *sd > 0.0 && sd.is_finite());
@@ -97,7 +91,8 @@ impl Solution {
 
 /// Returns the distance along a way from the minimum at which the root of the rise of χ² is `t`, or
 /// `limit` if that is met before. The way has held columns at each distance. The root is as
-/// precise, relatively, as `precision` has it for `first`, the distance tried first, and for others.
+/// precise, relatively, as `precision` has it for `first`, the distance tried first, and for
+/// others.
 fn reach<const N: usize>(
     problem: &Problem,
     minimum: &Evaluation,
@@ -127,7 +122,7 @@ fn reach<const N: usize>(
             return Some(limit);
         }
         trial = match outside {
-            None => (inside.0 * (t / inside.1.max(FLAT * t)).clamp(1.05, 3.0)).min(limit),
+            None => (inside.0 * (t / inside.1).clamp(1.05, 3.0)).min(limit),
             Some((far, rise)) => {
                 if far - inside.0 <= JUMP * far {
                     return Some(inside.0);

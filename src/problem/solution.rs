@@ -198,8 +198,8 @@ impl Solution {
 
     /// Returns the interval of an unknown from the bound that it is at, beyond which lie 5 % of its
     /// likelihood, to second order a normal distribution cut off at the bound. (A rise of χ² by
-    /// 1.645² from the bound leaves 24 % in films whose χ² decreases beyond it.) `None` for one that
-    /// is not at a bound.
+    /// 1.645² from the bound leaves 24 % in films whose χ² decreases beyond it.) `None` for one
+    /// that is not at a bound.
     pub(crate) fn limit_at_bound(&self, id: Id) -> Option<[f64; 2]> {
         let column = self.column(0, id)?;
         let (unknown, x) = (&self.problem.unknowns[column], self.at.state.shared.0[column]);

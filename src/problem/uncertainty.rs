@@ -7,9 +7,9 @@ use super::problem::{Evaluation, Problem, Reduced, State};
 use super::sums::Part;
 use super::unknowns::{Id, Mode, SHARED};
 
-/// Part of its information that an unknown must have from the frames, so that they can contradict
-/// its prior.
-const LEAST_INFORMATION: f64 = 1e-3;
+/// Part of the information on an unknown that other unknowns, or its prior, must leave, so that
+/// what is left is more than roundings.
+pub(super) const OWN_PART: f64 = 1e-6;
 
 /// Estimates with their covariance. Unknowns at a bound, and those that the frames do not depend
 /// on, are not among them.
@@ -188,11 +188,7 @@ impl Estimates {
             let information = 1.0 / variance - prior.sd.powi(-2);
             let estimate = (x / variance - prior.mean * prior.sd.powi(-2)) / information;
             let size = (estimate - prior.mean) / (1.0 / information + prior.sd * prior.sd).sqrt();
-            (information > LEAST_INFORMATION / variance).then_some(Conflict {
-                id: unknown.id,
-                estimate,
-                size,
-            })
+            (information > OWN_PART / variance).then_some(Conflict { id: unknown.id, estimate, size })
         };
         self.columns.iter().enumerate().filter_map(conflict).collect()
     }

@@ -124,8 +124,6 @@ fn manifest(dataset: &Dataset) -> String {
 }
 
 fn impacts(dataset: &Dataset, extracted: &[Impact]) -> String {
-    /// Standard deviations in a file are positive.
-    const LEAST_SD: f64 = 1e-12;
     let is_assumed = assumed(dataset).is_some();
     // a mean of all shots has the whole error of what they share
     let shared_part = extracted.iter().map(|impact| impact.shared_part).sum::<f64>();
@@ -144,7 +142,8 @@ fn impacts(dataset: &Dataset, extracted: &[Impact]) -> String {
         let mut row = csv::row_of(json!({ "shot": shot.name }));
         for (column, Measured { value, sd }) in measured {
             row.insert(column.to_owned(), value.into());
-            row.insert(format!("{column}_sd"), (widening * sd.unwrap_or(0.0)).max(LEAST_SD).into());
+            // standard deviations in a file are positive
+            row.insert(format!("{column}_sd"), (widening * sd.unwrap_or(0.0)).max(f64::EPSILON).into());
         }
         if !is_assumed {
             row.insert("cue_spin".to_owned(), shot.spin.name().into());

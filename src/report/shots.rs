@@ -74,8 +74,9 @@ pub(super) fn tracks(film: &FittedFilm, shots: &[Shot]) -> Option<String> {
     (!drawn.is_empty()).then(|| for_script(&drawn))
 }
 
-/// Returns the paths of a shot in whole numbers, that a page has room for: lengths in 0.1 mm. A frame
-/// of a ball is its time from the impact (0.1 ms), its place, and that less the fitted place (µm).
+/// Returns the paths of a shot in whole numbers, that a page has room for: lengths in 0.1 mm. A
+/// frame of a ball is its time from the impact (0.1 ms), its place, and that less the fitted place
+/// (µm).
 fn track(shot: &Shot, impact: &Impact, radius: f64) -> Value {
     let whole = |value: f64, unit: f64| (value / unit).round() as i64;
     let frames = |ball: usize| -> Vec<[i64; 5]> {

@@ -16,9 +16,6 @@ use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::physics::collision::{Effects, Fidelity, Model};
 use crate::problem::predict;
 
-/// Tolerance of `contact`: differences for the Jacobian are then good to 1e-5.
-const CONTACT_TOLERANCE: f64 = 1e-8;
-
 /// A parameter of such a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 struct Found {
@@ -82,12 +79,7 @@ pub(crate) const FITTED: [Way; 7] = {
 /// deviations that are not stated are those of good footage.
 pub(crate) fn noise_free(dataset: &Dataset, kappa: f64) -> Dataset {
     let coefficients = dataset.settings.coefficients();
-    let reference = Model {
-        effects: Effects::ALL,
-        kappa,
-        tolerance: CONTACT_TOLERANCE,
-        ..dataset.model(Fidelity::Contact)
-    };
+    let reference = Model { effects: Effects::ALL, kappa, ..dataset.model(Fidelity::Contact) };
     // m/s, rad/s, rad
     let typical = |observable: Observable| match observable {
         Observable::CueSpin(_) | Observable::ObjectSpin(_) => 1.0,
@@ -125,7 +117,7 @@ pub(crate) fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
     let is_contact = way.fidelity == Some(Fidelity::Contact);
     let options = Options {
         fidelity: way.fidelity,
-        tolerance: if is_contact { CONTACT_TOLERANCE } else { Model::TOLERANCE_OF_FITS },
+        tolerance: if is_contact { Model::TOLERANCE } else { Model::TOLERANCE_OF_FITS },
         depth: Depth::Estimates,
         ..Options::default()
     };

@@ -16,6 +16,8 @@ mod outcome;
 mod simple;
 mod sliding;
 
+use std::ops::RangeInclusive;
+
 use super::Number;
 use super::ball::Ball;
 use super::friction_law::Law;
@@ -85,21 +87,16 @@ pub struct Coefficients {
     pub e: f64,
 }
 
-/// The slowest and the fastest cue ball, m/s: products of squares do not overflow or vanish.
-pub const MIN_SPEED: f64 = 1e-9;
-/// See [`MIN_SPEED`].
-pub const MAX_SPEED: f64 = 1e9;
+/// Speeds of a cue ball, m/s: products of squares do not overflow or vanish.
+pub const SPEEDS: RangeInclusive<f64> = 1e-9..=1e9;
 
 /// The smallest [`Model::tolerance`]: below it, rounding errors prevail.
 pub const MIN_TOLERANCE: f64 = 1e-12;
-/// The largest [`Model::tolerance`]: above it, the error is larger than the tolerance.
-pub const MAX_TOLERANCE: f64 = 1e-2;
+/// The range of [`Model::tolerance`]: above it, the error is larger than the tolerance.
+pub const TOLERANCES: RangeInclusive<f64> = MIN_TOLERANCE..=1e-2;
 
 /// The range of m_cue/m_object; beyond, roundings of one ball's velocity show in the other's.
-pub(crate) const MASS_RATIOS: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
-
-/// Poisson's ratio σ of phenolic resin, of which balls are made, dimensionless.
-pub const POISSON: f64 = 0.34;
+pub(crate) const MASS_RATIOS: RangeInclusive<f64> = 1e-3..=1e3;
 
 /// The largest [`Model::kappa`]: softer contacts transmit next to no friction.
 pub const MAX_KAPPA: f64 = 100.0;

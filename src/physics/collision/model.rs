@@ -2,8 +2,8 @@
 
 use super::impact::{DIFFERENTIATED, Impact, Values, complete, components};
 use super::{
-    Coefficients, Effects, Fidelity, Input, Jacobian, MASS_RATIOS, MAX_KAPPA, MAX_SPEED, MAX_TOLERANCE,
-    MIN_SPEED, MIN_TOLERANCE, Model, NotACollision, Outcome, POISSON, integrator, kappa, simple,
+    Coefficients, Effects, Fidelity, Input, Jacobian, MASS_RATIOS, MAX_KAPPA, Model, NotACollision, Outcome,
+    SPEEDS, TOLERANCES, integrator, kappa, simple,
     sliding::{self, Ways},
 };
 use crate::physics::ball::{Ball, BallState, HOLLOW_SPHERE};
@@ -22,7 +22,7 @@ impl Model {
     pub const TOLERANCE_OF_FITS: f64 = 1e-6;
 
     /// The tangential compliance κ of phenolic resin, whose Poisson's ratio is 0.34 ([`kappa`]).
-    pub const KAPPA: f64 = kappa(POISSON);
+    pub const KAPPA: f64 = kappa(0.34);
 
     /// Returns a model of equal balls with constant friction and restitution and all effects of the
     /// fidelity, rigid along the surface but for `contact`, whose κ is that of phenolic resin.
@@ -258,8 +258,7 @@ impl Model {
     /// Checks what only integrated fidelities use.
     fn check_integrated(&self, largest_mu: f64) -> Result<(), NotACollision> {
         let &Self { tolerance, mu_k, kappa, contact_time, .. } = self;
-        let tolerances = MIN_TOLERANCE..=MAX_TOLERANCE;
-        within(tolerances.contains(&tolerance), "tolerance", tolerance, "1e-12 to 1e-2")?;
+        within(TOLERANCES.contains(&tolerance), "tolerance", tolerance, "1e-12 to 1e-2")?;
         let holds = mu_k >= 0.0 && largest_mu * mu_k < 1.0 + self.mass_ratio();
         // with draw, the cloth on the cue ball drives the balls against each other
         within(
@@ -295,7 +294,7 @@ fn check_motion(cue: &BallState, radius: f64) -> Result<(), NotACollision> {
     }
     let fastest = v.x.max(v.y.abs());
     let surface = radius * spin.y.abs().max(spin.z.abs());
-    let speed = if fastest < MIN_SPEED { fastest } else { fastest.max(surface) };
+    let speed = if fastest < *SPEEDS.start() { fastest } else { fastest.max(surface) };
     let range = "1e-9 to 1e9 m/s, also of the surface";
-    within((MIN_SPEED..=MAX_SPEED).contains(&speed), "speed_m_s", speed, range)
+    within(SPEEDS.contains(&speed), "speed_m_s", speed, range)
 }

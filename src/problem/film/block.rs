@@ -14,6 +14,7 @@ use super::spins::{OFF_CORNER, ShotSpin, States};
 use crate::physics::collision::NotACollision;
 use crate::problem::frames::{Columns, Frame, Sight, add_track, rows, whiten};
 use crate::problem::loss::ShotLoss;
+use crate::problem::policy::{COMPARED_STEPS, ROUGH, STALL};
 use crate::problem::sums::{Contribution, Noise, Spread, settle};
 use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, Shared};
 
@@ -130,7 +131,8 @@ impl FilmBlock {
         Some(struck.paths(shared, shot.spin.rolls, &object, shot.lasts(own, shared)))
     }
 
-    /// Returns the used frames of each ball, whitened; `None` if the unknowns describe no collision.
+    /// Returns the used frames of each ball, whitened; `None` if the unknowns describe no
+    /// collision.
     pub(super) fn sights(
         &self,
         shot: &FilmedShot,
@@ -290,13 +292,6 @@ const ROLL_BONUS: f64 = 9.0;
 /// Topspin at which a shot's descent starts in another state, over natural roll.
 const SLIDE_START: f64 = 0.3;
 
-/// Decrease of χ² by which another state must be likelier than the present one, so that states of
-/// equal likelihood do not alternate.
-const MIN_CHI2_FALL: f64 = 0.1;
-
-/// Steps of a shot's own unknowns until a state is judged, and gain of χ² after which it is.
-const JUDGED: (usize, f64) = (12, 0.01);
-
 /// A state of a shot with the values of its own unknowns there, and its χ².
 struct Judged {
     spin: ShotSpin,
@@ -333,9 +328,10 @@ impl FilmBlock {
             start[own::TOPSPIN] = SLIDE_START + spin.bounds[0].max(0.0);
         }
         let shot = FilmedShot { spin, ..shot.clone() };
-        let (own, sums) = self.settle(&shot, start, (&mut shared.clone(), &[]), JUDGED);
+        let (own, sums) = self.settle(&shot, start, (&mut shared.clone(), &[]), (COMPARED_STEPS, STALL));
+        // states of equal likelihood do not alternate
         let bonus = if spin.rolls { ROLL_BONUS } else { 0.0 };
-        let inertia = if is_same { MIN_CHI2_FALL } else { 0.0 };
+        let inertia = if is_same { ROUGH } else { 0.0 };
         Judged { spin, own, cost: sums.cost - bonus - inertia }
     }
 }

@@ -28,9 +28,9 @@ use crate::problem::loss::ShotLoss;
 use crate::problem::sums::Noise;
 use crate::problem::unknowns::{Id, Own, Unknown};
 
-/// Ratio of the distance of the centres at the impacts to 2R, less 1, beyond which lengths are in
-/// another unit than stated.
-const OTHER_UNIT: f64 = 0.1;
+/// Ratio of lengths to those expected, less 1, beyond which they are in another unit than stated,
+/// or those of two films by another camera.
+pub(crate) const OTHER_UNIT: f64 = 0.1;
 
 const MOVING: &str = "the object ball was moving before the impact";
 

@@ -9,11 +9,8 @@ use crate::physics::collision::{
     Coefficients, Effects, Fidelity, Input, Jacobian, MIN_FITTED_KAPPA, Model, NotACollision, Regime,
 };
 use crate::physics::friction_law::Law;
+use crate::problem::film::spins::OFF_CORNER;
 use crate::problem::unknowns::{Id, Mode, Shared, Unknown};
-
-/// Smallest size of b at which its derivative is computed. The outcome differs from that of b = 0
-/// by 1e-9 of the closing speed.
-const LEAST_FALL: f64 = 1e-9;
 
 /// The collision model of a film.
 #[derive(Clone, Copy, Debug)]
@@ -168,7 +165,8 @@ impl Contact {
         model.ball = Ball { radius, mass: self.object.mass * shared[Id::MassRatio], ..self.object };
         if self.falls {
             let b = shared[Id::FallB];
-            let b = if b.abs() < LEAST_FALL { LEAST_FALL } else { b };
+            // the law at b = 0 has no derivative by b
+            let b = if b.abs() < OFF_CORNER { OFF_CORNER } else { b };
             model.law = Law::Exponential { b, c: shared[Id::FallC] };
         }
         model.e_slope = self.e_falls.then(|| shared[Id::ESlope]);

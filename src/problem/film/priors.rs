@@ -28,8 +28,9 @@ const SLANTED_ASPECT_SD: f64 = 0.3;
 const TILT_SD: f64 = 1e-3;
 
 /// Standard deviations of the mean topspin over natural roll: of shots stated as natural roll, of
-/// shots stated as stun, and of shots of unknown spin that slide.
-const ROLL_SD: f64 = 0.01;
+/// shots stated as stun, and of shots of unknown spin that slide. A ball whose measured spin is
+/// within the first of natural roll rolls.
+pub(super) const ROLL_SD: f64 = 0.01;
 const STUN_SD: f64 = 0.02;
 const UNKNOWN_SD: f64 = 1.0;
 

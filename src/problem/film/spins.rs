@@ -10,6 +10,7 @@ use nalgebra::DVector;
 
 use super::camera::Point;
 use super::own::{self, OWN};
+use super::priors::ROLL_SD;
 use crate::measurement::spin::Spin;
 use crate::numerics::{EXACT, SIGNIFICANT};
 use crate::physics::ball::Vec3;
@@ -22,9 +23,6 @@ const MAX_TOPSPIN: f64 = 3.0;
 
 /// Largest topspin or draw of a ball that is stated as stun, over natural roll.
 const MAX_STUN: f64 = 0.5;
-
-/// Slip over speed within which a ball of measured spin rolls: spins are rounded.
-const ROLLS_WITHIN: f64 = 0.01;
 
 /// Indices of the spreads from shot to shot: of the topspin of balls that slide, and of side spin.
 pub(super) const TOPSPIN_SPREAD: usize = 0;
@@ -43,7 +41,7 @@ pub(super) fn first_spreads(side_sd: f64) -> [Spread; 2] {
     [topspin, if side_sd > 0.0 { side_sd } else { side }].map(|first| Spread::first(first, LEAST_SPREAD))
 }
 
-/// Topspin or draw of a ball next to the corner of its outcome between both.
+/// A number next to a corner of the outcome: topspin or draw between both, and b of the friction.
 pub(super) const OFF_CORNER: f64 = 1e-10;
 
 /// The spin of one shot.
@@ -120,7 +118,7 @@ impl ShotSpin {
         let speed = velocity.norm();
         let slip = Point::new(velocity.x - radius * spin.y, velocity.y + radius * spin.x).norm();
         let error = sd.into_iter().take(2).flatten().fold(0.0, f64::max) * radius;
-        let is_open = error > 0.0 && slip < ROLLS_WITHIN * speed + SIGNIFICANT * error;
+        let is_open = error > 0.0 && slip < ROLL_SD * speed + SIGNIFICANT * error;
         let prior = |sd: Option<f64>| match sd {
             Some(sd) if sd > 0.0 && speed > 0.0 => {
                 OwnPrior::Stated(Normal { mean: 0.0, sd: sd * radius / speed })
@@ -129,7 +127,7 @@ impl ShotSpin {
         };
         let horizontal = sd[0].zip(sd[1]).map(|(x, y)| (0.5 * (x * x + y * y)).sqrt());
         Self {
-            rolls: slip < ROLLS_WITHIN * speed,
+            rolls: slip < ROLL_SD * speed,
             mean: None,
             measured: Some(spin),
             topspin: prior(horizontal),
@@ -180,8 +178,8 @@ impl ShotSpin {
         self.within(values)
     }
 
-    /// Returns whether χ² has a corner at the change from topspin, with which friction lifts the cue
-    /// ball, to draw, with which it lifts the object ball.
+    /// Returns whether χ² has a corner at the change from topspin, with which friction lifts the
+    /// cue ball, to draw, with which it lifts the object ball.
     fn has_corner(&self) -> bool {
         self.mean == Some(Id::Slide)
     }

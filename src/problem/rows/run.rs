@@ -13,9 +13,9 @@ use crate::problem::film::causes::{self, Refit};
 use crate::problem::findings::Finding;
 use crate::problem::intervals::{Known, ParameterEstimate, Quantiles, Status, determine, errors_as_free};
 use crate::problem::minimise::{
-    Descent, ENOUGH_SHOTS, FAR, MAX_STEPS, STALL, descend, descend_from_grid, descend_with_noise, thin,
+    Descent, ENOUGH_SHOTS, FAR, MAX_STEPS, descend, descend_from_grid, descend_with_noise, thin,
 };
-use crate::problem::policy::Policy;
+use crate::problem::policy::{Policy, STALL};
 use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::{Estimates, robust_covariance};

@@ -28,8 +28,8 @@ pub(crate) const FORMAT_VERSION: u32 = 1;
 ///
 /// `Name(of: Type) { /// Meaning.\n key: Type = value, }` is a struct with that public field, which
 /// is written as JSON and described by a schema, and a function `new(of)`, which gives each field
-/// its value. `[made: Made]` stands for a document of its own, `[made: Made, of Source]` for that of
-/// a type, which is then written as it.
+/// its value. `[made: Made]` stands for a document of its own, `[made: Made, of Source]` for that
+/// of a type, which is then written as it.
 macro_rules! document {
     ($(
         $(#[$about:meta])*

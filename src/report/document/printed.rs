@@ -1,4 +1,5 @@
-//! The JSON that `design`, `check`, `extract`, `synth`, `collide` and `accuracy` print with `--json`.
+//! The JSON that `design`, `check`, `extract`, `synth`, `collide` and `accuracy` print with
+//! `--json`.
 
 use std::path::Path;
 

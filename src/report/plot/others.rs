@@ -10,7 +10,7 @@ use crate::design::{Design, speeds};
 use crate::fit::{Contour, Fit, Status};
 use crate::measurement::dataset::Measured;
 use crate::measurement::number::plain;
-use crate::measurement::parameter::Parameter;
+use crate::measurement::parameter::{Parameter, Setting};
 use crate::problem::Quantity;
 use crate::report::{Budget, speed_unit, title};
 use crate::studies::accuracy::{Includes, Row};
@@ -172,9 +172,8 @@ pub(in crate::report) fn design(design: &Design) -> Figure {
 
 /// Returns the standard errors of a parameter that each kind gives at its own speed.
 fn errors(design: &Design, parameter: Parameter, speeds: &[Option<f64>]) -> Panel {
-    /// No coefficient has a range that is longer: what errs by more is not determined.
-    const MOST: f64 = 1.0;
     let symbol = parameter.symbol();
+    let Setting { lower, upper, .. } = parameter.default_setting();
     let [slowest, fastest] = ends(speeds.iter().flatten().copied());
     let [from, to] = [slowest, fastest].map(|speed| plain(speed, 3));
     let range = if slowest < fastest { format!("{from} to {to}") } else { from };
@@ -185,7 +184,8 @@ fn errors(design: &Design, parameter: Parameter, speeds: &[Option<f64>]) -> Pane
         let places: Vec<Option<[f64; 2]>> = cells
             .map(|cell| {
                 let error = cell.std_errors[parameter as usize];
-                let error = error.filter(|error| *error > 0.0 && *error <= MOST)?;
+                // what errs by more than its range is not determined
+                let error = error.filter(|error| *error > 0.0 && *error <= upper - lower)?;
                 Some([cell.cut_deg, error.log10()])
             })
             .collect();
@@ -205,8 +205,6 @@ fn way_name(row: &Row) -> String {
 
 /// Returns error against time of every way to compute collisions, both on logarithmic scales.
 pub(in crate::report) fn accuracy(rows: &[Row]) -> Figure {
-    /// Errors below are roundings.
-    const LEAST_DRAWN: f64 = 1e-16;
     let mut figure = Figure::new("Accuracy against time (ode and contact: at tolerances from 10⁻² down)");
     figure.series = rows.iter().map(way_name).collect();
     figure.series.dedup();
@@ -222,7 +220,7 @@ pub(in crate::report) fn accuracy(rows: &[Row]) -> Figure {
         for (index, rows) in rows.chunk_by(|one, next| way_name(one) == way_name(next)).enumerate() {
             let places = rows.iter().filter_map(|row| {
                 let error = errors(row)?.speed.p95;
-                error.is_finite().then(|| [(1e6 * row.seconds).log10(), error.max(LEAST_DRAWN).log10()])
+                error.is_finite().then(|| [(1e6 * row.seconds).log10(), error.max(f64::EPSILON).log10()])
             });
             let places: Vec<[f64; 2]> = places.collect();
             // how far its accuracy reaches
