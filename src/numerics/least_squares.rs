@@ -19,26 +19,19 @@ pub(crate) const ROUNDING: f64 = 1e-14;
 /// Part by which diagonals are raised in the first step: first guesses are near.
 pub(crate) const FIRST_DAMPING: f64 = 1e-6;
 
-/// Least share of its promise that a step gains if it is made (MINPACK).
-const ACCEPTED: f64 = 1e-4;
-
 /// Least factor of the damping after a step that was made, and the factor after one that was not,
 /// which doubles each time: with these all certified problems of NIST are solved, and films take
 /// the fewest steps.
 const AFTER_GAIN: f64 = 0.03;
 const AFTER_LOSS: f64 = 10.0;
 
-/// Largest promise of a step after one that was not made, as a part of that one's: a step that
-/// promises as much is the same step.
-const SHORTER: f64 = 0.5;
-
 /// Number of steps in a row that gain almost no part of their promise, after which a
 /// descent ends.
 const MAX_STALLS: usize = 2;
 
-/// Factor by which the promises of steps decrease that refine a minimum. At the minimum they are
-/// rounding.
-const CONTRACTION: f64 = 0.9;
+/// Largest promise of a step as a part of that before, if this was not made or refined a minimum: a
+/// step that promises as much is the same step, and at the minimum promises are rounding.
+const CONTRACTION: f64 = 0.5;
 
 /// A sum of squares, and damped steps towards its minimum.
 pub trait SumOfSquares {
@@ -157,7 +150,7 @@ impl Marquardt {
                 self.damping = (FIRST_DAMPING * self.damping).max(f64::MIN_POSITIVE);
                 continue;
             }
-            if step.promise > rounding && step.promise > SHORTER * self.failed {
+            if step.promise > rounding && step.promise > CONTRACTION * self.failed {
                 self.damping *= AFTER_LOSS;
                 continue;
             }
@@ -175,7 +168,7 @@ impl Marquardt {
     /// Changes the damping by the share of its promise that a step gained (Nielsen 1999); returns
     /// whether the step is made.
     fn judge(&mut self, share: f64) -> bool {
-        let is_made = share > ACCEPTED;
+        let is_made = share > 0.0;
         if is_made {
             let factor = (1.0 - (2.0 * share - 1.0).powi(3)).max(AFTER_GAIN);
             self.damping = (factor * self.damping).max(f64::MIN_POSITIVE);

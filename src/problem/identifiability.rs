@@ -16,12 +16,9 @@ use crate::words::symbol;
 /// Regression Diagnostics, 1980, ch. 3).
 const WEAK: f64 = 30.0;
 
-/// Part of a direction from which on an unknown belongs to it.
+/// Part of a direction from which on an unknown belongs to it, and within which relative changes of
+/// two unknowns are opposite or equal, so that their product or their ratio stays.
 const SHARE: f64 = 0.1;
-
-/// Part within which relative changes of two unknowns are opposite or equal, so that their
-/// product or their ratio stays.
-const INVARIANT: f64 = 0.15;
 
 /// A combination of unknowns that is determined badly: the direction in which χ² changes least.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -153,9 +150,9 @@ fn combine(unknowns: &[(Id, f64)], matrix: &DMatrix<f64>) -> Option<Combination>
                 (gradient[i], gradient[j]) = (by[0], by[1]);
                 Determined { name, estimate, std_error: variance(&gradient).sqrt() }
             };
-            if (ratio + 1.0).abs() < INVARIANT {
+            if (ratio + 1.0).abs() < SHARE {
                 Some(of(format!("the product {first}·{second}"), x(i) * x(j), [x(j), x(i)]))
-            } else if (ratio - 1.0).abs() < INVARIANT {
+            } else if (ratio - 1.0).abs() < SHARE {
                 let by = [x(j).recip(), -x(i) / x(j).powi(2)];
                 Some(of(format!("the ratio {first}/{second}"), x(i) / x(j), by))
             } else {

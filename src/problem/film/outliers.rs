@@ -44,9 +44,6 @@ const MAX_SHOTS: usize = 200;
 /// Frames after the impact that may show a lag.
 const AFTER: usize = 3;
 
-/// Standard errors of a lag, if both balls show it.
-const MIN_LAG_ERRORS: f64 = 4.0;
-
 /// Part of a lag by which a ball is off before the impact at most: an exposure that lasts blurs
 /// both sides similarly, and a wrong model shows on both.
 const MAX_BEFORE: f64 = 0.4;
@@ -161,7 +158,7 @@ pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> bool {
         let (early, mean) = (mean(ball, 0), mean(ball, frame));
         let squares = all.iter().map(|shot| (shot[ball][frame] - mean).powi(2)).sum::<f64>();
         let error = (squares / (count - 1.0) / count).sqrt();
-        (mean.abs() > MIN_LAG_ERRORS * error && early.abs() < MAX_BEFORE * mean.abs()).then_some(mean)
+        (mean.abs() > SIGNIFICANT * error && early.abs() < MAX_BEFORE * mean.abs()).then_some(mean)
     };
     let both_late = |frame: usize| late(0, frame).zip(late(1, frame));
     (1..=AFTER).filter_map(both_late).any(|(cue, object)| cue * object > 0.0)
