@@ -46,12 +46,13 @@ pub(crate) struct Piece<const C: usize, const I: usize> {
 }
 
 impl<const C: usize, const I: usize> Piece<C, I> {
-    pub fn new(start: f64, coefficients: &[DualSVec64<I>; C]) -> Self {
-        Self {
-            start,
-            at: SVector::from_fn(|i, _| coefficients[i].re),
-            by: SMatrix::from_rows(&coefficients.each_ref().map(|c| gradient(c).transpose())),
+    pub fn new(start: f64, coefficients: impl IntoIterator<Item = DualSVec64<I>>) -> Self {
+        let mut piece = Self { start, at: SVector::zeros(), by: SMatrix::zeros() };
+        for (i, coefficient) in coefficients.into_iter().enumerate() {
+            piece.at[i] = coefficient.re;
+            piece.by.set_row(i, &gradient(&coefficient).transpose());
         }
+        piece
     }
 }
 
