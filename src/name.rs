@@ -19,8 +19,8 @@ pub(crate) fn named<T: Copy, const N: usize>(
     names: fn(T) -> [&'static str; N],
     name: &str,
 ) -> Result<T, UnknownName> {
-    let found = all.iter().copied().find(|one| names(*one).contains(&name));
-    found.ok_or_else(|| UnknownName {
+    let known = all.iter().copied().find(|one| names(*one).contains(&name));
+    known.ok_or_else(|| UnknownName {
         kind,
         name: name.to_owned(),
         known: all.iter().filter_map(|one| names(*one).first().copied()).collect(),

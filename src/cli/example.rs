@@ -30,9 +30,8 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         refuse!("{}: is there already; expected none, as nothing is overwritten", path.display());
     }
     for (name, path) in &folders {
-        let own = FILES.iter().filter(|(folder, ..)| folder == name);
-        let mut own = own;
-        own.try_fold(Staged::new(path)?, |staged, (_, file, text)| staged.add(file, text))?.put()?;
+        let mut files = FILES.iter().filter(|(folder, ..)| folder == name);
+        files.try_fold(Staged::new(path)?, |staged, (_, file, text)| staged.add(file, text))?.put()?;
     }
     let [balls, pucks] = folders.map(|(_, path)| path.display().to_string());
     print(&format!(

@@ -99,7 +99,7 @@ fn ask(draft: &mut Draft) -> Result<(), Failure> {
             options.push(format!("--object={other}"));
         }
     }
-    let told = Told::augment_args(clap::Command::new("init")).try_get_matches_from(options)?;
-    Told::from_arg_matches(&told)?.fill(draft);
+    let arguments = Told::augment_args(clap::Command::new("init")).try_get_matches_from(options)?;
+    Told::from_arg_matches(&arguments)?.fill(draft);
     Ok(())
 }

@@ -256,13 +256,13 @@ impl Joint<'_> {
         let mut problem = self.solution.problem.clone();
         let mut state = self.solution.at.state.clone();
         for (label, _) in others {
-            let own = problem.unknowns.len();
+            let unshared = problem.unknowns.len();
             problem.unknowns.push(problem.unknowns[shared]);
             state.shared.0.push(state.shared.0[shared]);
             for (sample, alone) in problem.samples.iter_mut().zip(&self.samples.fitted) {
                 let column = &mut sample.columns[id as usize];
                 if alone.label == *label && *column == shared {
-                    *column = own;
+                    *column = unshared;
                 }
             }
         }
@@ -276,8 +276,8 @@ impl Joint<'_> {
     fn limit(&self, quantity: Quantity) -> Option<Finding> {
         let Estimates { columns, covariance } = &self.solution.covariance;
         let places = |id: Id| -> Vec<usize> {
-            let of = |i: &usize| self.solution.problem.unknowns[columns[*i]].id == id;
-            (0..columns.len()).filter(of).collect()
+            let is_of_quantity = |i: &usize| self.solution.problem.unknowns[columns[*i]].id == id;
+            (0..columns.len()).filter(is_of_quantity).collect()
         };
         let (ratios, values) = (places(Id::MassRatio), places(quantity.id()));
         let [first, second, ..] = values[..] else { return None };
@@ -312,12 +312,12 @@ fn judge(comparison: &mut Comparison) {
     }
     let policy = Policy::default();
     let (chi2, dof) = (comparison.chi2(), comparison.solution.dof());
-    let of_sample = |(sample, SampleSummary { residuals, .. }): (usize, &SampleSummary)| {
+    let standardized = |(sample, SampleSummary { residuals, .. }): (usize, &SampleSummary)| {
         let chi2 = residuals.iter().map(|residual| residual.standardized.powi(2)).sum();
         // a sample takes up few of the parameters, of many observations
         refutes(chi2, residuals.len() as f64, &policy).map(|reduced| (sample, reduced))
     };
-    let samples: Vec<(usize, f64)> = comparison.samples.iter().enumerate().filter_map(of_sample).collect();
+    let samples: Vec<(usize, f64)> = comparison.samples.iter().enumerate().filter_map(standardized).collect();
     if samples.is_empty() && refutes(chi2, dof as f64, &policy).is_none() {
         return;
     }

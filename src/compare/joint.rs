@@ -51,8 +51,8 @@ impl<'a> Joint<'a> {
             samples.findings.push(Finding::Undetermined);
             Estimates { columns: Vec::new(), covariance: DMatrix::zeros(0, 0) }
         });
-        let of_fit = |alone: &Alone| alone.solution.names.iter().flatten().cloned().collect();
-        let names = samples.fitted.iter().map(of_fit).collect();
+        let names_of = |alone: &Alone| alone.solution.names.iter().flatten().cloned().collect();
+        let names = samples.fitted.iter().map(names_of).collect();
         let solution = Solution::new(problem, Descent { end, ..descent }, covariance, names);
         Ok(Self { samples, tests: Tests::new(&solution), solution })
     }

@@ -162,7 +162,7 @@ impl Samples<'_> {
         let (mut samples, mut own): (Vec<Sample>, Vec<Vec<Own>>) = (Vec::new(), Vec::new());
         for alone in &self.fitted {
             let (mut block, values) = self.in_common_picture(alone)?;
-            let of_sample = Id::ALL.map(|id| {
+            let columns_of_sample = Id::ALL.map(|id| {
                 let (number, unknown) = (self.number(id, alone), self.unknown(id, alone));
                 let held = (unknown.mode == Mode::Fixed).then_some(unknown.start);
                 let is_same = |other: &Column| (other.id, other.number, other.held) == (id, number, held);
@@ -178,7 +178,7 @@ impl Samples<'_> {
                 let noises = first.block.noises_mut().to_vec();
                 block.noises_mut().copy_from_slice(&noises);
             }
-            samples.push(Sample { block, columns: of_sample, noise_of });
+            samples.push(Sample { block, columns: columns_of_sample, noise_of });
             own.push(values);
         }
         let unknowns: Vec<Unknown> = columns.iter().map(|column| self.combine(column)).collect();
@@ -261,15 +261,15 @@ impl Samples<'_> {
     /// middle of the first film by the same camera.
     fn in_common_picture(&self, alone: &Alone) -> Result<(Block, Vec<Own>), CompareError> {
         let (own, first) = (&alone.solution, self.first_film(alone));
-        let of_first = &first.solution;
-        if first.film != alone.film && [own, of_first].iter().any(|of| of.problem.film().is_none()) {
+        let first_solution = &first.solution;
+        if first.film != alone.film && [own, first_solution].iter().any(|of| of.problem.film().is_none()) {
             return refuse(format!(
                 "{}: camera names that of another data set, too; expected it of films of balls, whose shots calibrate their camera",
                 alone.dataset.name
             ));
         }
-        let factor = of_first.unit / own.unit;
-        let lengths = own.value(Id::Scale) * factor / of_first.value(Id::Scale);
+        let factor = first_solution.unit / own.unit;
+        let lengths = own.value(Id::Scale) * factor / first_solution.value(Id::Scale);
         if (lengths - 1.0).abs() > OTHER_UNIT {
             return refuse(format!(
                 "{} and {}: lengths in their films differ by a factor of {lengths:.2}, but camera has the same label in both; \
@@ -277,7 +277,7 @@ impl Samples<'_> {
                 first.dataset.name, alone.dataset.name
             ));
         }
-        let by = (Vector2::from(own.middle) - Vector2::from(of_first.middle)) * of_first.unit;
+        let by = (Vector2::from(own.middle) - Vector2::from(first_solution.middle)) * first_solution.unit;
         let (mut block, mut values) = (own.problem.samples[0].block.clone(), own.at.state.own[0].clone());
         if let Block::Film(film) = &mut block {
             film.move_picture(factor, by);

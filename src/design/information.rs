@@ -48,14 +48,14 @@ pub(crate) fn average(
     let filming = Filming { shots: kind.shots, topspin_sd, fps, frames: 1 + before + after, sd };
     let count = if at.is_some() { PHASES } else { SAMPLES };
     let shots: Vec<PlannedShot> = (0..count).map(|i| sample(expected, kind, i, at)).collect();
-    let found = problem::information(&shots, &filming, (&expected.model(), &unknowns, &shared))?;
+    let informations = problem::information(&shots, &filming, (&expected.model(), &unknowns, &shared))?;
     let unit = |unknown: &Unknown| match unknown.prior {
         _ if unknown.mode != Mode::Free => 0.0,
         Some(prior) if !Id::WANTED.contains(&unknown.id) => prior.sd,
         _ => 1.0,
     };
     let units: Vec<f64> = unknowns.iter().map(unit).collect();
-    let sum = |i: usize, j: usize| found.iter().flatten().map(|of_shot| of_shot[(i, j)]).sum::<f64>();
+    let sum = |i: usize, j: usize| informations.iter().flatten().map(|of_shot| of_shot[(i, j)]).sum::<f64>();
     Ok(Information::from_fn(|i, j| units[i] * sum(i, j) * units[j] / count as f64))
 }
 
@@ -123,8 +123,8 @@ pub(crate) fn covariance(information: &Information) -> Information {
     }
     // of coefficients between 0 and 1 a standard error of a million is rounding
     let scale: [f64; SHARED] = std::array::from_fn(|i| {
-        let own = information[(i, i)];
-        if own > 1e-12 { own.sqrt().recip() } else { 0.0 }
+        let information_alone = information[(i, i)];
+        if information_alone > 1e-12 { information_alone.sqrt().recip() } else { 0.0 }
     });
     let eigen = Information::from_fn(|i, j| scale[i] * information[(i, j)] * scale[j]).symmetric_eigen();
     let mut covariance = Information::zeros();

@@ -235,8 +235,8 @@ impl Design {
     /// Returns the standard errors of μ, μ_s and e from a number of shots of each kind; `None` for
     /// what they do not determine.
     pub fn std_errors(&self, shots: &[u64]) -> [Option<f64>; 3] {
-        let of_kinds = self.kinds.iter().zip(shots);
-        information::std_errors(&of_kinds.map(|(kind, count)| kind.information * *count as f64).sum())
+        let weighted = self.kinds.iter().zip(shots);
+        information::std_errors(&weighted.map(|(kind, count)| kind.information * *count as f64).sum())
     }
 }
 
@@ -257,12 +257,12 @@ pub fn design(expected: &Expected) -> Result<Design, NotACollision> {
     let mut notes = Vec::new();
     let average = |kind: &PlayedKind| information::average(&expected, kind, None);
     let averages: Vec<Information> = expected.kinds.iter().map(average).collect::<Result<_, _>>()?;
-    let of_kinds = averages.iter().zip(&expected.kinds);
-    let total: Information = of_kinds.map(|(information, kind)| information * kind.shots as f64).sum();
+    let weighted = averages.iter().zip(&expected.kinds);
+    let total: Information = weighted.map(|(information, kind)| information * kind.shots as f64).sum();
     let together = together(&expected, &total);
     for parameter in Parameter::COEFFICIENTS {
-        let found = together.std_error[parameter.name()];
-        if found.is_none() && expected.wanted[parameter as usize].is_some() {
+        let std_error = together.std_error[parameter.name()];
+        if std_error.is_none() && expected.wanted[parameter as usize].is_some() {
             notes.push(format!("No kind of shot offered determines {}.", parameter.symbol()));
         }
     }
@@ -308,9 +308,9 @@ fn marker_errors(camera: &Camera) -> [f64; 2] {
 fn best_shots(expected: &Expected, cells: &[Cell], parameter: Parameter) -> String {
     let error =
         |cell: &Cell| information::std_errors(&(cell.information * COMPARED as f64))[parameter as usize];
-    let found: Vec<(f64, &Cell)> = cells.iter().filter_map(|cell| Some((error(cell)?, cell))).collect();
+    let errors: Vec<(f64, &Cell)> = cells.iter().filter_map(|cell| Some((error(cell)?, cell))).collect();
     let what = format!("{} ({})", parameter.symbol(), parameter.meaning());
-    let Some((least, best)) = found.iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
+    let Some((least, best)) = errors.iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
         return format!("{what} is determined by none of these shots at one cut angle and speed.");
     };
     let mut line = format!(
@@ -321,7 +321,7 @@ fn best_shots(expected: &Expected, cells: &[Cell], parameter: Parameter) -> Stri
         plain(*least, 2)
     );
     let kinds = expected.kinds.iter().enumerate();
-    let undetermined = kinds.filter(|(kind, _)| found.iter().all(|(_, cell)| cell.kind != *kind));
+    let undetermined = kinds.filter(|(kind, _)| errors.iter().all(|(_, cell)| cell.kind != *kind));
     let undetermined: Vec<String> = undetermined.map(|(_, kind)| format!("\"{}\"", kind.name)).collect();
     if !undetermined.is_empty() {
         line += &format!(" It is not determined by {}.", undetermined.join(", "));

@@ -108,8 +108,8 @@ fn least_shots(informations: &[Information], wanted: &[Option<f64>; 3]) -> Optio
         targets.map(|(j, target)| (j, target, target.recip())).collect();
     let mut shots = vec![1.0; informations.len()];
     for _ in 0..ROUNDS {
-        let of_all = shots.iter().zip(informations).map(|(n, information)| information * *n);
-        let covariance = covariance(&of_all.sum()).map(|value| if value.is_nan() { 0.0 } else { value });
+        let weighted = shots.iter().zip(informations).map(|(n, information)| information * *n);
+        let covariance = covariance(&weighted.sum()).map(|value| if value.is_nan() { 0.0 } else { value });
         let mut useful = vec![0.0; shots.len()];
         for (j, target, weight) in &mut targets {
             let column = covariance.column(*j);

@@ -70,10 +70,10 @@ impl Path {
         normal[(2, 2)] += 1.0 - bend;
         let moments = samples.iter().map(|s| powers(s) * place(s).transpose()).sum::<Matrix3x2<f64>>();
         let inverse = normal.try_inverse()?;
-        let found = inverse * moments;
-        let [position, velocity, acceleration] = [0, 1, 2].map(|i| found.row(i).transpose());
+        let coefficients = inverse * moments;
+        let [position, velocity, acceleration] = [0, 1, 2].map(|i| coefficients.row(i).transpose());
         let path = Self { at, position, velocity, acceleration, error: inverse[(1, 1)].sqrt() };
-        (found.iter().all(|c| c.is_finite()) && path.error.is_finite()).then_some(path)
+        (coefficients.iter().all(|c| c.is_finite()) && path.error.is_finite()).then_some(path)
     }
 
     /// Returns the line through samples, or a place at rest if all are of one instant.
@@ -153,12 +153,12 @@ fn middle(samples: &[Sample]) -> Point {
 /// frames, its standard error for unit noise, and the time between the halves.
 fn robust_speed(samples: &[Sample]) -> [f64; 3] {
     // standard error of a median over that of a mean, for many numbers
-    let of_median = std::f64::consts::FRAC_PI_2.sqrt();
+    let median_error = std::f64::consts::FRAC_PI_2.sqrt();
     let (early, late) = samples.split_at(samples.len() / 2);
     let time = |half: &[Sample]| median(half.iter().map(|s| s.t).collect());
     let seconds = time(late) - time(early);
     let counts = (early.len() as f64).recip() + (late.len() as f64).recip();
-    [(middle(late) - middle(early)).norm() / seconds, of_median * counts.sqrt() / seconds, seconds]
+    [(middle(late) - middle(early)).norm() / seconds, median_error * counts.sqrt() / seconds, seconds]
 }
 
 /// Returns the time at which the balls are nearest, s: the time of contact for any scale.

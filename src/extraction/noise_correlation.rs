@@ -139,9 +139,9 @@ mod tests {
                     (sample.x, sample.y) = (sample.x + 2e-4 * last[0], sample.y + 2e-4 * last[1]);
                 }
             }
-            let found = noise_correlation(&shots);
-            assert_eq!(found.is_some(), rho > 0.0, "{rho}: {found:?}");
-            let Some(Measured { value, sd: Some(sd) }) = found else { continue };
+            let correlation = noise_correlation(&shots);
+            assert_eq!(correlation.is_some(), rho > 0.0, "{rho}: {correlation:?}");
+            let Some(Measured { value, sd: Some(sd) }) = correlation else { continue };
             assert!(
                 sd < 0.06 && (value - rho).abs() < 3.0 * sd.max((TRIED as f64).recip()),
                 "{rho}: {value} ± {sd}"

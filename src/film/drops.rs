@@ -29,7 +29,7 @@ const RATIOS: std::ops::RangeInclusive<f64> = 2.0..=8.0;
 pub(crate) fn repair(shot: &mut TrackShot) -> usize {
     let frame = shot.fps.recip();
     // instant of the frame before a drop, s, and number of frames
-    let mut found: Vec<(f64, f64)> = Vec::new();
+    let mut drops: Vec<(f64, f64)> = Vec::new();
     let balls = [&shot.cue, &shot.object].map(|samples| Steps::new(samples, frame));
     for (own, other) in [(&balls[0], &balls[1]), (&balls[1], &balls[0])] {
         for i in 0..own.lengths.len() {
@@ -37,17 +37,17 @@ pub(crate) fn repair(shot: &mut TrackShot) -> usize {
             let is_then = |t: f64| (t - from).abs() < 0.5 * frame;
             // the other ball moves on evenly
             let contradicts = |j: usize| is_then(other.samples[j].t) && other.lost(j) == Some(0.0);
-            let is_known = found.iter().any(|(at, _)| is_then(*at));
+            let is_known = drops.iter().any(|(at, _)| is_then(*at));
             if lost > 0.0 && !is_known && !(0..other.lengths.len()).any(contradicts) {
-                found.push((from, lost));
+                drops.push((from, lost));
             }
         }
     }
     for sample in shot.samples_mut() {
-        let drops = found.iter().filter(|(from, _)| sample.t > from + 0.5 * frame);
-        sample.t += frame * drops.map(|(_, lost)| lost).sum::<f64>();
+        let earlier = drops.iter().filter(|(from, _)| sample.t > from + 0.5 * frame);
+        sample.t += frame * earlier.map(|(_, lost)| lost).sum::<f64>();
     }
-    found.len()
+    drops.len()
 }
 
 /// The steps of a ball; `None` if the next frame is missing.
@@ -91,10 +91,10 @@ impl<'a> Steps<'a> {
             return None;
         }
         // the number of median steps in this one, and the remainder
-        let own = self.lengths[i]?;
-        let whole = (own.dot(&typical) / (length * length)).round();
+        let step = self.lengths[i]?;
+        let whole = (step.dot(&typical) / (length * length)).round();
         let is_drop = RATIOS.contains(&whole)
-            && (own - typical * whole).norm() < MAX_STEP_DEVIATION * length
+            && (step - typical * whole).norm() < MAX_STEP_DEVIATION * length
             // at four standard deviations one step in a thousand looks like two
             && length > SIGNIFICANT * noise;
         Some(if is_drop { whole - 1.0 } else { 0.0 })
@@ -103,8 +103,8 @@ impl<'a> Steps<'a> {
 
 /// Returns the medians of x and of y.
 fn middle(steps: &[Point]) -> Point {
-    let of_axis = |axis: usize| median(steps.iter().map(|step| step[axis]).collect());
-    Point::new(of_axis(0), of_axis(1))
+    let median_along = |axis: usize| median(steps.iter().map(|step| step[axis]).collect());
+    Point::new(median_along(0), median_along(1))
 }
 
 #[cfg(test)]

@@ -25,10 +25,10 @@ const MIN_NOISE_M: f64 = 1e-8;
 pub(crate) fn noise(shot: &TrackShot) -> f64 {
     let all = triples(&[&shot.cue, &shot.object], shot.fps.recip());
     let free: Vec<&[Sample]> = all.iter().copied().filter(|three| !is_held(three)).collect();
-    let of_free = estimate(&free, shot);
+    let noise_of_free = estimate(&free, shot);
     // noise of a step or more leaves at most 0.7 % of triples equal
     let step = shot.resolution[0].max(shot.resolution[1]);
-    if !shot.states_noise() && of_free > step { of_free } else { estimate(&all, shot) }
+    if !shot.states_noise() && noise_of_free > step { noise_of_free } else { estimate(&all, shot) }
 }
 
 /// Returns the noise of the frames of some tracks near an instant: far from it the noise may

@@ -146,9 +146,9 @@ mod tests {
         for count in [3, 5] {
             let (markers, centres) = markers(count);
             let slices: Vec<_> = markers.iter().map(Vec::as_slice).collect();
-            let found = circle_centres(&slices).unwrap();
-            assert_eq!(found.len(), 40);
-            for (i, (sample, [x, y])) in found.iter().zip(&centres).enumerate() {
+            let placed = circle_centres(&slices).unwrap();
+            assert_eq!(placed.len(), 40);
+            for (i, (sample, [x, y])) in placed.iter().zip(&centres).enumerate() {
                 let off = (sample.x - x).hypot(sample.y - y);
                 assert!(off < EXACT || i == 7, "{count} markers, frame {i}: {off}");
             }

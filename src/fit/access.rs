@@ -103,10 +103,10 @@ impl Fit {
 
     /// Returns the range, from the estimate to a bound, of values on which χ² does not depend.
     pub(crate) fn plateau(&self, parameter: Parameter) -> Option<[f64; 2]> {
-        let own = self.get(parameter)?;
+        let estimate = self.get(parameter)?;
         let is_known = !self.is_refuted() && !self.noise.iter().any(Noise::is_unknown);
-        let is_flat = own.status == Status::Free && own.std_error.is_none() && is_known;
-        is_flat.then(|| [own.value, self.solution.bounds(Id::from(parameter))[1]])
+        let is_flat = estimate.status == Status::Free && estimate.std_error.is_none() && is_known;
+        is_flat.then(|| [estimate.value, self.solution.bounds(Id::from(parameter))[1]])
     }
 
     /// Returns the covariance of [`Fit::estimates`], NaN for those without a standard error.

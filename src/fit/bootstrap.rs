@@ -53,12 +53,12 @@ pub(in crate::fit) fn draw(
     done: &(dyn Fn() + Sync),
 ) -> Bootstrap {
     let ids: Vec<Id> = free.iter().map(|parameter| Id::from(*parameter)).collect();
-    let of_replicate = |number: usize| {
-        let found = solution.resampled(&ids, (seed, number as u64 + 1));
+    let fit_replicate = |number: usize| {
+        let values = solution.resampled(&ids, (seed, number as u64 + 1));
         done();
-        found
+        values
     };
-    let all: Vec<_> = (0..replicates).into_par_iter().map(of_replicate).collect();
+    let all: Vec<_> = (0..replicates).into_par_iter().map(fit_replicate).collect();
     let failed = all.iter().filter(|x| x.is_none()).count();
     let influence = solution.influence();
     let estimates = free.iter().zip(&ids).enumerate().filter_map(|(column, (parameter, id))| {
@@ -115,9 +115,9 @@ mod tests {
     #[test]
     fn symmetric_replicates_need_no_correction() {
         let values: Vec<f64> = (-500..=500).map(|i| f64::from(i) / 500.0).collect();
-        let found = summary(&values, 0.0, &[-0.1, 0.1, 0.0]).unwrap();
-        assert!((found.percentile[1] - 0.95).abs() < 1e-12 && found.bias.abs() < 1e-12);
-        assert!((found.bca[0] + 0.95).abs() < 1e-9 && (found.bca[1] - 0.95).abs() < 1e-9);
+        let result = summary(&values, 0.0, &[-0.1, 0.1, 0.0]).unwrap();
+        assert!((result.percentile[1] - 0.95).abs() < 1e-12 && result.bias.abs() < 1e-12);
+        assert!((result.bca[0] + 0.95).abs() < 1e-9 && (result.bca[1] - 0.95).abs() < 1e-9);
     }
 
     #[test]
@@ -125,7 +125,7 @@ mod tests {
         let values: Vec<f64> = (-500..=500).map(|i| f64::from(i) / 500.0).collect();
         // a shot that raises the estimate much: leaving it out lowers it, and the interval reaches
         // further up
-        let found = summary(&values, 0.0, &[-0.5, 0.1, 0.1, 0.1, 0.1, 0.1]).unwrap();
-        assert!(found.bca[0] > found.percentile[0] && found.bca[1] > found.percentile[1], "{found:?}");
+        let result = summary(&values, 0.0, &[-0.5, 0.1, 0.1, 0.1, 0.1, 0.1]).unwrap();
+        assert!(result.bca[0] > result.percentile[0] && result.bca[1] > result.percentile[1], "{result:?}");
     }
 }

@@ -33,16 +33,16 @@ impl FoundCamera {
     pub(crate) fn corrections(&self) -> Vec<FoundCorrection> {
         let correction = |which: Correction| {
             // both lists have the same order
-            let found = self.0.get(Id::ALL[Id::Scale as usize + which as usize])?;
-            Some(FoundCorrection { which, value: found.value, std_error: found.std_error? })
+            let estimate = self.0.get(Id::ALL[Id::Scale as usize + which as usize])?;
+            Some(FoundCorrection { which, value: estimate.value, std_error: estimate.std_error? })
         };
         Correction::ALL.into_iter().filter_map(correction).collect()
     }
 
     /// Returns a correction that was free, in the unit that [`Correction::words`] names.
     pub fn found(&self, which: Correction) -> Option<Measured> {
-        let found = self.corrections().into_iter().find(|found| found.which == which)?;
-        Some(Measured::new(found.value, found.std_error))
+        let correction = self.corrections().into_iter().find(|correction| correction.which == which)?;
+        Some(Measured::new(correction.value, correction.std_error))
     }
 
     /// Returns the value of a correction, stated or found; of the axis of a lens its decentring.

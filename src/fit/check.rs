@@ -67,14 +67,14 @@ fn suspicious_kind<S: Serializer>(kind: &str, serializer: S) -> Result<S::Ok, S:
 /// must have been extracted from tracks before.
 pub fn check(dataset: &Dataset) -> Vec<Finding> {
     let shots: Vec<&Shot> = dataset.shots.iter().collect();
-    let mut found = suspicious(dataset, &shots, dataset.sliding);
-    found.extend(advice(dataset));
+    let mut findings = suspicious(dataset, &shots, dataset.sliding);
+    findings.extend(advice(dataset));
     for shot in shots.iter().filter(|shot| shot.spin == Spin::Unknown) {
-        found.push(Finding::new(Some(shot), "unknown spin", context! {}));
+        findings.push(Finding::new(Some(shot), "unknown spin", context! {}));
     }
     let place = |name: &String| dataset.shots.iter().position(|shot| shot.name == *name);
-    found.sort_by_key(|finding| finding.shot.as_ref().map(place));
-    found
+    findings.sort_by_key(|finding| finding.shot.as_ref().map(place));
+    findings
 }
 
 /// Returns what lets doubt some shots of a data set, or the μ_k of the cloth that their paths show;
@@ -83,20 +83,20 @@ pub(crate) fn suspicious(dataset: &Dataset, shots: &[&Shot], sliding: Option<Mea
     if dataset.is_of_discs() {
         return Vec::new();
     }
-    let mut found = Vec::new();
+    let mut findings = Vec::new();
     let (radius, limits) = (dataset.ball.radius, RADII);
     if !(limits[0]..=limits[1]).contains(&radius) {
         let radius = radius.to_string();
-        found.push(Finding::new(None, "radius", context! { radius, limits }));
+        findings.push(Finding::new(None, "radius", context! { radius, limits }));
     }
     if let Some(Measured { value, sd: Some(sd) }) = sliding
         && let outside = (SLIDING[0] - value).max(value - SLIDING[1])
         && outside > Policy::default().conflict * sd
     {
-        found.push(Finding::new(None, "sliding", context! { value, sd }));
+        findings.push(Finding::new(None, "sliding", context! { value, sd }));
     }
-    found.extend(shots.iter().flat_map(|shot| of_shot(shot)));
-    found
+    findings.extend(shots.iter().flat_map(|shot| of_shot(shot)));
+    findings
 }
 
 /// Returns findings as warnings, each kind once: sentences.
@@ -107,8 +107,8 @@ pub(crate) fn warnings(found: &[Finding], shots: usize) -> Vec<String> {
         if found[..i].iter().any(|other| is_of_kind(&other)) {
             continue;
         }
-        let of_kind = found.iter().filter(is_of_kind);
-        let names: Vec<&str> = of_kind.filter_map(|finding| finding.shot.as_deref()).collect();
+        let alike = found.iter().filter(is_of_kind);
+        let names: Vec<&str> = alike.filter_map(|finding| finding.shot.as_deref()).collect();
         all.push(match names[..] {
             [] => format!("{}.", capital(text)),
             [name] => format!("Shot {name}: {text}."),
@@ -168,9 +168,9 @@ fn of_shot(shot: &Shot) -> Vec<Finding> {
     let value = |observable| shot.after.iter().find(|m| m.observable == observable).map(|m| m.measured.value);
     let velocity = |ball: fn(Axis) -> Observable| Some([value(ball(Axis::X))?, value(ball(Axis::Y))?]);
     let size = |[x, y]: [f64; 2]| x.hypot(y);
-    let mut found = Vec::new();
+    let mut findings = Vec::new();
     let mut add = |is_wrong: bool, kind, values: Values| {
-        found.extend(is_wrong.then(|| Finding::new(Some(shot), kind, values)));
+        findings.extend(is_wrong.then(|| Finding::new(Some(shot), kind, values)));
     };
     let speed = match shot.before {
         Before::Impact { velocity, .. } => Some(size(velocity.map(|v| v.value))),
@@ -186,9 +186,9 @@ fn of_shot(shot: &Shot) -> Vec<Finding> {
         add(ratio > MOST_RATIO, "speed ratio", context! { ratio });
         let throw = value(Observable::Throw).unwrap_or(0.0).to_degrees();
         add(throw.abs() > MOST_THROW_DEG, "throw", context! { throw });
-        return found;
+        return findings;
     };
-    let Some([x, y]) = velocity(Observable::ObjectVelocity) else { return found };
+    let Some([x, y]) = velocity(Observable::ObjectVelocity) else { return findings };
     let [nx, ny] = normal.map(|n| n.value);
     let off = (nx * y - ny * x).atan2(nx * x + ny * y).to_degrees();
     add(off.abs() > MOST_THROW_DEG, "direction", context! { off });
@@ -196,5 +196,5 @@ fn of_shot(shot: &Shot) -> Vec<Finding> {
         let ratio = (size([x, y]).powi(2) + size(cue).powi(2)) / (before * before);
         add(ratio > MOST_RATIO, "energy", context! { ratio });
     }
-    found
+    findings
 }

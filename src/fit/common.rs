@@ -166,8 +166,8 @@ impl Fitted<'_> {
         });
         let reason = format!("{what} not fit the collision that the other shots fit");
         let lost = lost.flatten().map(|name| (name.clone(), reason.clone()));
-        let own = self.solution.left_out.iter().filter(|one| !stated.contains(one));
-        rejected(stated.iter().chain(own).cloned().chain(lost))
+        let unstated = self.solution.left_out.iter().filter(|one| !stated.contains(one));
+        rejected(stated.iter().chain(unstated).cloned().chain(lost))
     }
 
     /// Returns the free parameters of the contact that have a standard error.
@@ -202,7 +202,7 @@ impl Fitted<'_> {
         let solution = &self.solution;
         let wanted: Vec<Id> = self.contact().into_iter().map(Id::from).collect();
         let Some(information) = solution.information(&wanted) else { return Vec::new() };
-        let of_shot = |(name, found): (&String, Option<ShotInfluence>)| {
+        let measure = |(name, found): (&String, Option<ShotInfluence>)| {
             let shot = name.clone();
             let Some(found) = found else {
                 return Influence { shot, leverage: 1.0, cook: f64::INFINITY, shifts: Vec::new() };
@@ -218,7 +218,7 @@ impl Fitted<'_> {
             Influence { shot, leverage: found.leverage, cook, shifts }
         };
         let mut all: Vec<Influence> =
-            solution.names[0].iter().zip(solution.influence()).map(of_shot).collect();
+            solution.names[0].iter().zip(solution.influence()).map(measure).collect();
         all.sort_by(|a, b| b.cook.total_cmp(&a.cook));
         let influential = all.iter().filter(|shot| influential_from.is_some_and(|from| shot.cook > from));
         let count = influential.count().clamp(LISTED[0], LISTED[1]);

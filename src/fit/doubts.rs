@@ -41,8 +41,8 @@ pub(super) fn comment(
     }
     fit.diagnostics.suspicious = check::suspicious(dataset, shots, fit.sliding);
     let mut all = fit.doubts();
-    let found = fit.solution.findings.iter().filter(|finding| finding.severity() == Note);
-    all.extend(found.filter_map(|finding| film_words::remark(finding, fit.frames.as_ref())));
+    let notes = fit.solution.findings.iter().filter(|finding| finding.severity() == Note);
+    all.extend(notes.filter_map(|finding| film_words::remark(finding, fit.frames.as_ref())));
     all.extend(own);
     let on_request = fit.shots_rejected.len() - fit.unwanted().len();
     all.extend(of_shots("left-out-on-request", on_request, fit.shots_rejected.len() + fit.shots_used()));

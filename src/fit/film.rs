@@ -37,8 +37,8 @@ impl FittedFilm {
     #[must_use]
     pub(crate) fn new(solution: impl Into<Arc<Solution>>, dataset: &Dataset) -> Self {
         let (solution, read) = (solution.into(), dataset.tracks.as_ref());
-        let of = |name: &String| read?.shots.iter().find(|track| track.name == *name).cloned();
-        let tracks: Vec<TrackShot> = solution.names.iter().flatten().filter_map(of).collect();
+        let find_track = |name: &String| read?.shots.iter().find(|track| track.name == *name).cloned();
+        let tracks: Vec<TrackShot> = solution.names.iter().flatten().filter_map(find_track).collect();
         let impacts = tracks.par_iter().enumerate().filter_map(|(i, track)| solution.impact(i, track));
         let impacts = Arc::new(impacts.collect());
         let scale_sd = read.and_then(|tracks| tracks.scale_sd).unwrap_or(0.0);
@@ -110,14 +110,14 @@ impl FittedFilm {
         text: impl Fn(&OfShot, &mut String) + Sync,
     ) -> std::io::Result<()> {
         const AT_A_TIME: usize = 512;
-        let of_shot = |i: &usize| {
-            let mut own = String::new();
-            self.shot(*i).inspect(|shot| text(shot, &mut own));
-            own
+        let write_shot = |i: &usize| {
+            let mut written = String::new();
+            self.shot(*i).inspect(|shot| text(shot, &mut written));
+            written
         };
         let shots: Vec<usize> = (0..self.tracks.len()).collect();
         for some in shots.chunks(AT_A_TIME) {
-            let texts: Vec<String> = some.par_iter().map(of_shot).collect();
+            let texts: Vec<String> = some.par_iter().map(write_shot).collect();
             to.write_all(texts.concat().as_bytes())?;
         }
         Ok(())

@@ -100,18 +100,18 @@ fn spins(film: &FittedFilm) -> Values {
     let are_most = |count: usize| Policy::default().are_most(count, shots);
     let (rolling, stun) = (near(1.0), near(0.0));
     let differ = all.iter().any(|(stated, found)| (found - stated).abs() > DIFFERS);
-    let found = match differ {
+    let word = match differ {
         true if are_most(rolling) => "natural-roll",
         true if are_most(stun) => "stun",
         _ => "unknown",
     };
     let mean = all.iter().map(|(_, found)| found).sum::<f64>() / shots.max(1) as f64;
-    context! { shots, rolling, stun, mean, found }
+    context! { shots, rolling, stun, mean, found => word }
 }
 
 /// Returns causes of residuals that the estimates include, the best first.
 pub(super) fn explanations(solution: &Solution, film: Option<&FittedFilm>) -> Vec<Explanation> {
-    let of = |finding: &Finding| {
+    let explain = |finding: &Finding| {
         let (cause, estimate, std_error, fall) = match finding {
             Finding::Conflict { id, estimate, sd, size, .. } => (cause_of(*id)?, *estimate, *sd, size * size),
             Finding::Cause { id, estimate, sd, fall } => (cause_of(*id)?, *estimate, *sd, *fall),
@@ -132,7 +132,7 @@ pub(super) fn explanations(solution: &Solution, film: Option<&FittedFilm>) -> Ve
             sentence: sentence(finding, film).unwrap_or_default(),
         })
     };
-    let mut all: Vec<Explanation> = solution.findings.iter().filter_map(of).collect();
+    let mut all: Vec<Explanation> = solution.findings.iter().filter_map(explain).collect();
     all.sort_by(|a, b| a.delta_2logl.total_cmp(&b.delta_2logl));
     all
 }
@@ -186,8 +186,8 @@ pub(super) fn unknown_spins(film: &FittedFilm) -> Option<Remark> {
 
 /// Returns how the discs slow down, if it was estimated.
 pub(super) fn slowing(solution: &Solution) -> Option<Remark> {
-    let found = solution.get(Id::Slowing)?;
-    let (slowing, sd) = (found.value, found.std_error?);
+    let estimate = solution.get(Id::Slowing)?;
+    let (slowing, sd) = (estimate.value, estimate.std_error?);
     note("measured/slowing", context! { slowing, sd })
 }
 

@@ -82,8 +82,8 @@ impl Identifiability {
         worst: Option<Combination>,
         silent: Vec<Parameter>,
     ) -> Option<Self> {
-        let of_worst = worst.as_ref().map(|worst| worst.singular_values.clone());
-        let singular_values = if parameters.len() == 1 { vec![1.0] } else { of_worst? };
+        let worst_values = worst.as_ref().map(|worst| worst.singular_values.clone());
+        let singular_values = if parameters.len() == 1 { vec![1.0] } else { worst_values? };
         let condition = singular_values.first()? / singular_values.last()?;
         Some(Self { parameters, singular_values, condition, worst, silent })
     }

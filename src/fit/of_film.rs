@@ -42,7 +42,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         |e: &&Estimate| e.status == Status::NotIdentified && solution.get(Id::from(e.parameter)).is_none();
     let (chi2, observations) = solution.chi2_of_data();
     let unknowns = solution.own_count() as f64 + solution.covariance.count_data(&solution.problem);
-    let own = Own {
+    let parts = Own {
         errors: &solution.covariance,
         combined: fitted.contact(),
         silent: estimates.iter().filter(is_silent).map(|e| e.parameter).collect(),
@@ -61,12 +61,12 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         chi2: chi2 + solution.prior_chi2(),
         camera: Some(FoundCamera::of_film(solution)),
         frames: Some(film.clone()),
-        ..fitted.fit(own)
+        ..fitted.fit(parts)
     };
     let shots: Vec<&Shot> = film.impacts.iter().map(|impact| &impact.shot).collect();
     let has_topspin = film.solution.topspins().iter().any(|(_, topspin)| *topspin > 0.5 * DIFFERS);
-    let of_film = film_words::of_film(&film);
-    doubts::comment(&mut fit, dataset, &shots, has_topspin, of_film);
+    let remarks = film_words::of_film(&film);
+    doubts::comment(&mut fit, dataset, &shots, has_topspin, remarks);
     Ok(fit)
 }
 

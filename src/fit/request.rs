@@ -83,8 +83,8 @@ impl Options {
         let law = self.falling.applied(Settings::default());
         for parameter in [Parameter::B, Parameter::C] {
             let name = parameter.name();
-            let of_setting = law[parameter].faults(parameter);
-            let fixed = of_setting.into_iter().filter(|fault| fault.key == format!("{name}.fixed"));
+            let faults_of_setting = law[parameter].faults(parameter);
+            let fixed = faults_of_setting.into_iter().filter(|fault| fault.key == format!("{name}.fixed"));
             faults.extend(fixed.map(|fault| {
                 format!("{name} of a friction that decreases is {}; expected {}", fault.value, fault.expected)
             }));
@@ -156,8 +156,8 @@ impl FitError {
 
 fn first_reason(rejected: &[Rejected]) -> String {
     // a shot that was left out on request needs no reason
-    let told = rejected.iter().find(|r| r.reason != ON_REQUEST).or(rejected.first());
-    told.map_or(String::new(), |r| format!(": shot {}: {}", r.shot, r.reason))
+    let first = rejected.iter().find(|r| r.reason != ON_REQUEST).or(rejected.first());
+    first.map_or(String::new(), |r| format!(": shot {}: {}", r.shot, r.reason))
 }
 
 /// A data set, and how it is fitted.
@@ -193,8 +193,8 @@ impl Request<'_> {
         let stated = &self.dataset.left_out;
         match error {
             FilmError::NoImpact(reasons) => {
-                let own = reasons.into_iter().filter(|reason| !stated.contains(reason));
-                self.without_shots(stated.iter().cloned().chain(own))
+                let unstated = reasons.into_iter().filter(|reason| !stated.contains(reason));
+                self.without_shots(stated.iter().cloned().chain(unstated))
             }
             other => FitError::Film(self.title(), other),
         }

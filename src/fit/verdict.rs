@@ -85,8 +85,8 @@ impl Fit {
         let tested = goodness.filter(|goodness| goodness.p_value.is_some() && goodness.dof > 0);
         let scatter = self.scatter.filter(|scatter| scatter.is_estimated);
         let rejected = self.unwanted();
-        let of = self.shots_used() + rejected.len();
-        let are_few = rejected.len() as f64 <= (SELDOM * of as f64).max(1.0);
+        let all_shots = self.shots_used() + rejected.len();
+        let are_few = rejected.len() as f64 <= (SELDOM * all_shots as f64).max(1.0);
         let values = context! {
             shots => self.shots_used(),
             free => with(Status::Free),
@@ -96,7 +96,7 @@ impl Fit {
             scatter => scatter.map(|scatter| words_of("scatter", Values::from(Serde(scatter)))),
             robust => self.diagnostics.robust.is_some(),
             film => self.footage,
-            of,
+            of => all_shots,
             unwanted => if self.footage && are_few { 0 } else { rejected.len() },
             first => rejected.first().map(Serde),
             masses => self.limited_by_masses(),

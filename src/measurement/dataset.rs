@@ -102,8 +102,8 @@ impl Dataset {
         let Some(object) = self.object_ball() else { return settings };
         let Ball { mass, radius, .. } = object.ball;
         let [mass_sd, radius_sd] = object.ratio_sds(self.ball);
-        let of_mass = (Parameter::MassRatio, self.ball.mass / mass, mass_sd);
-        for (parameter, mean, sd) in [of_mass, (Parameter::RadiusRatio, self.ball.radius / radius, radius_sd)]
+        let masses = (Parameter::MassRatio, self.ball.mass / mass, mass_sd);
+        for (parameter, mean, sd) in [masses, (Parameter::RadiusRatio, self.ball.radius / radius, radius_sd)]
         {
             let prior = sd.map(|sd| Prior { mean, sd });
             settings[parameter] =
@@ -218,8 +218,8 @@ impl Shot {
         let sd = |across: f64| normal_sd.map(|sd| sd * across.abs().max(1e-12));
         let normal = [Measured { value: nx, sd: sd(ny) }, Measured { value: ny, sd: sd(nx) }];
         let plane = [Axis::X, Axis::Y];
-        let of_cue = plane.map(Observable::CueVelocity).into_iter().zip(cue_after);
-        let rows = of_cue.chain(plane.map(Observable::ObjectVelocity).into_iter().zip(object_after));
+        let cue_velocity = plane.map(Observable::CueVelocity).into_iter().zip(cue_after);
+        let rows = cue_velocity.chain(plane.map(Observable::ObjectVelocity).into_iter().zip(object_after));
         let after = rows.map(|(observable, measured)| Measurement { observable, measured }).collect();
         Self::new(name, Before::Impact { normal, velocity: before }, spin, after)
     }

@@ -18,21 +18,21 @@ impl Dataset {
     /// Returns what keeps it from being fitted, each with the parameter or the shot, the value and
     /// what was expected.
     pub fn faults(&self) -> Vec<String> {
-        let mut found = Vec::new();
+        let mut numbers = Vec::new();
         let object = self.object.map(|object| ("object", object.ball));
         for (which, Ball { radius, mass, inertia }) in [("ball", self.ball)].into_iter().chain(object) {
             for (name, value) in [("radius", radius), ("mass", mass), ("inertia", inertia)] {
-                found.extend(Fault::of_number(&format!("{which}.{name}"), value, POSITIVE));
+                numbers.extend(Fault::of_number(&format!("{which}.{name}"), value, POSITIVE));
             }
         }
         if let Some(ObjectBall { mass_sd, radius_sd, .. }) = self.object {
             let masses = mass_sd.unwrap_or_default().map(|sd| ("mass_sd", sd));
             for (name, sd) in masses.into_iter().chain(radius_sd.map(|sd| ("radius_sd", sd))) {
-                found.extend(Fault::of_number(name, sd, NOT_NEGATIVE));
+                numbers.extend(Fault::of_number(name, sd, NOT_NEGATIVE));
             }
         }
-        found.extend(Parameter::ALL.iter().flat_map(|own| self.settings[*own].faults(*own)));
-        let mut faults: Vec<String> = found.iter().map(Fault::to_string).collect();
+        numbers.extend(Parameter::ALL.iter().flat_map(|own| self.settings[*own].faults(*own)));
+        let mut faults: Vec<String> = numbers.iter().map(Fault::to_string).collect();
         if let Some(by) = &self.by
             && !self.shots.is_empty()
             && self.shots.iter().all(|shot| !shot.labels.contains_key(by))

@@ -225,14 +225,14 @@ pub(crate) fn add_track<const R: usize, const C: usize, const I: usize>(
             }
         }
         let rows = OMatrix::<f64, Const<R>, Dyn>::from_vec(rows);
-        let of_rows = &rows * rows.transpose();
+        let row_products = &rows * rows.transpose();
         let by = piece.by.transpose();
-        let mut of_inputs = products.fixed_view_mut::<I, I>(0, 0);
-        of_inputs += by * (of_rows.fixed_view::<C, C>(0, 0) * piece.by);
+        let mut by_inputs = products.fixed_view_mut::<I, I>(0, 0);
+        by_inputs += by * (row_products.fixed_view::<C, C>(0, 0) * piece.by);
         let mut beside = products.view_mut((0, I), (I, others));
-        beside += by * of_rows.view((0, C), (C, others));
-        let mut of_others = products.view_mut((I, I), (others, others));
-        of_others += of_rows.view((C, C), (others, others));
+        beside += by * row_products.view((0, C), (C, others));
+        let mut by_others = products.view_mut((I, I), (others, others));
+        by_others += row_products.view((C, C), (others, others));
     }
     columns.add(&mut total.products, &products);
 }

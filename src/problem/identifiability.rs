@@ -145,16 +145,16 @@ fn combine(unknowns: &[(Id, f64)], matrix: &DMatrix<f64>) -> Option<Combination>
         [(i, step_i), (j, step_j)] if x(i) > 0.0 && x(j) > 0.0 => {
             let ratio = (step_i / x(i)) / (step_j / x(j));
             let [first, second] = [i, j].map(|i| symbol(unknowns[i].0.name()));
-            let of = |name: String, estimate: f64, by: [f64; 2]| {
+            let determined = |name: String, estimate: f64, by: [f64; 2]| {
                 let mut gradient = DVector::zeros(n);
                 (gradient[i], gradient[j]) = (by[0], by[1]);
                 Determined { name, estimate, std_error: variance(&gradient).sqrt() }
             };
             if (ratio + 1.0).abs() < SHARE {
-                Some(of(format!("the product {first}·{second}"), x(i) * x(j), [x(j), x(i)]))
+                Some(determined(format!("the product {first}·{second}"), x(i) * x(j), [x(j), x(i)]))
             } else if (ratio - 1.0).abs() < SHARE {
                 let by = [x(j).recip(), -x(i) / x(j).powi(2)];
-                Some(of(format!("the ratio {first}/{second}"), x(i) / x(j), by))
+                Some(determined(format!("the ratio {first}/{second}"), x(i) / x(j), by))
             } else {
                 None
             }

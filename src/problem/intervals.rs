@@ -142,11 +142,11 @@ pub(crate) struct Quantiles {
 impl Quantiles {
     /// Returns those of Student's t, or of the normal distribution if the noise is stated.
     pub fn new(dof: Option<f64>) -> Option<Self> {
-        let of =
+        let at_quantiles =
             |quantile: &dyn Fn(f64) -> f64| Self { two_sided: quantile(0.975), one_sided: quantile(0.95) };
         match dof {
-            None => Some(of(&|p| Gauss::standard().inverse_cdf(p))),
-            Some(dof) => StudentsT::new(0.0, 1.0, dof).ok().map(|t| of(&|p| t.inverse_cdf(p))),
+            None => Some(at_quantiles(&|p| Gauss::standard().inverse_cdf(p))),
+            Some(dof) => StudentsT::new(0.0, 1.0, dof).ok().map(|t| at_quantiles(&|p| t.inverse_cdf(p))),
         }
     }
 }
@@ -199,8 +199,8 @@ impl Known<'_> {
             value if value == high => Status::AtUpperBound,
             _ => Status::Free,
         };
-        let found = ParameterEstimate::bare(parameter, value, status);
-        let Some(Quantiles { two_sided, one_sided }) = self.quantiles else { return found };
+        let without_error = ParameterEstimate::bare(parameter, value, status);
+        let Some(Quantiles { two_sided, one_sided }) = self.quantiles else { return without_error };
         let at_bounds = solution.covariance.sd(column);
         let std_error = at_bounds.and(self.as_free.sd(column));
         let t = if std_error.is_some() { two_sided } else { one_sided };
@@ -214,7 +214,7 @@ impl Known<'_> {
             _ if is_film => None,
             _ => solution.profile(column, (t, [EDGE; 2])),
         };
-        let own = match (hessian, profile) {
+        let alone = match (hessian, profile) {
             (Some(hessian), Some(profile)) => {
                 let half = 0.5 * (hessian[1] - hessian[0]);
                 let differs = (0..2).any(|side| (hessian[side] - profile[side]).abs() > DIFFERENT * half);
@@ -222,9 +222,9 @@ impl Known<'_> {
             }
             (hessian, profile) => profile.or(hessian),
         };
-        let interval_95 =
-            own.map(|own| self.others.iter().fold(own, |ends, other| self.extend(ends, other, column, t)));
-        let includes_other_minimum = interval_95 != own;
+        let interval_95 = alone
+            .map(|alone| self.others.iter().fold(alone, |ends, other| self.extend(ends, other, column, t)));
+        let includes_other_minimum = interval_95 != alone;
         ParameterEstimate {
             std_error,
             interval_95,
@@ -235,7 +235,7 @@ impl Known<'_> {
             std_error_at_bound: at_bounds
                 .filter(|of_bounds| std_error.is_some_and(|error| error != *of_bounds)),
             includes_other_minimum,
-            ..found
+            ..without_error
         }
     }
 

@@ -58,8 +58,8 @@ pub(crate) fn fit(problem: &mut Problem, start: &State) -> Option<Descent> {
     let first = end(problem);
     let Some(other) = is_open.then(|| end(&mut sliding)).flatten() else { return first };
     let likelihood = |problem: &Problem, descent: &Descent| minus_two_log(problem, &descent.end);
-    let of_other = likelihood(&sliding, &other);
-    if first.as_ref().is_some_and(|first| likelihood(problem, first) <= of_other) {
+    let other_likelihood = likelihood(&sliding, &other);
+    if first.as_ref().is_some_and(|first| likelihood(problem, first) <= other_likelihood) {
         return first;
     }
     *problem = sliding;
@@ -84,11 +84,11 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<State> {
     let mut coarse = descend_from_grid(&coarser, &state, &free, COARSE_STEPS[usize::from(!is_film)]);
     let least = coarse.first()?.cost;
     coarse.retain(|end| factor * (end.cost - least) < FAR);
-    let of_all = |coarse: Evaluation| {
+    let with_all_shots = |coarse: Evaluation| {
         let own = if factor == 1.0 { coarse.state.own } else { start.own.clone() };
         State { own, shared: coarse.state.shared }
     };
-    let mut starts = coarse.into_iter().take(2).map(of_all);
+    let mut starts = coarse.into_iter().take(2).map(with_all_shots);
     let (first, second) = (starts.next()?, starts.next());
     let Some(second) = second else { return Some(first) };
     let [first, second] = [first, second]

@@ -162,9 +162,9 @@ mod tests {
                 at.shots[0].iter().map(|shot| shot.slope(shot.held.len() + column)).sum::<f64>() + pull;
             check(unknown.id.name(), &|state, by| state.shared.0[*column] += by, (1e-5, slope, most[0]));
         }
-        let of_shot = &at.shots[0][shot];
-        for i in (0..of_shot.held.len()).filter(|i| !of_shot.held[*i]) {
-            let values = (1e-6, of_shot.slope(i), most[1]);
+        let contribution = &at.shots[0][shot];
+        for i in (0..contribution.held.len()).filter(|i| !contribution.held[*i]) {
+            let values = (1e-6, contribution.slope(i), most[1]);
             check(&format!("own {i}"), &|state, by| state.own[0][shot][i] += by, values);
         }
     }

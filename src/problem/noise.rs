@@ -48,8 +48,8 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
                 if !(dof > MIN_DOF_OF_NOISE && growth > 0.0 && growth.is_finite()) {
                     continue;
                 }
-                let of_residuals = if sum.square > 0.0 { sum.lagged / sum.square } else { 0.0 };
-                let rho = likeliest.unwrap_or(of_residuals).clamp(0.0, 1.0 - 0.5 * RHO_STEP);
+                let residual_rho = if sum.square > 0.0 { sum.lagged / sum.square } else { 0.0 };
+                let rho = likeliest.unwrap_or(residual_rho).clamp(0.0, 1.0 - 0.5 * RHO_STEP);
                 let least = if let Block::Rows(rows) = &*block { rows.pools[which].least() } else { 0.0 };
                 let noise = &mut block.noises_mut()[which];
                 let sd = (noise.sd * growth.sqrt()).max(least);
@@ -70,18 +70,18 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
 
 /// Returns −2 log L up to a constant, greatest over the sizes of the noises that are estimated.
 pub(super) fn minus_two_log(problem: &Problem, at: &Evaluation) -> f64 {
-    let of_noise = |(sum, noise): (&NoiseSums, &Noise)| {
+    let noise_term = |(sum, noise): (&NoiseSums, &Noise)| {
         let variance = sum.weighted * noise.sd * noise.sd / sum.count;
         sum.count * variance.ln() - sum.weighted + sum.ln_determinant
     };
-    let of_sample = |(number, sample): (usize, &Sample)| {
+    let sample_term = |(number, sample): (usize, &Sample)| {
         let block = &sample.block;
         let noises = if block.estimates_noise() { block.noises() } else { &[] };
         let scattered = at.shots[number].iter().flat_map(|shot| &shot.scattered);
-        let of_spreads = scattered.map(|number| 2.0 * block.spreads()[number.spread].sd.ln());
-        at.noises(number).iter().zip(noises).map(of_noise).sum::<f64>() + of_spreads.sum::<f64>()
+        let spread_terms = scattered.map(|number| 2.0 * block.spreads()[number.spread].sd.ln());
+        at.noises(number).iter().zip(noises).map(noise_term).sum::<f64>() + spread_terms.sum::<f64>()
     };
-    at.cost + problem.samples.iter().enumerate().map(of_sample).sum::<f64>()
+    at.cost + problem.samples.iter().enumerate().map(sample_term).sum::<f64>()
 }
 
 fn count(sums: &[NoiseSums]) -> f64 {
@@ -98,14 +98,14 @@ fn count_spent(
 ) -> Vec<Vec<f64>> {
     let total: f64 = sums.iter().map(|sums| count(sums)).sum();
     let shared = estimates.count_data(problem) / total.max(1.0);
-    let of_sample = |(number, sample): (usize, &Sample)| match &sample.block {
+    let spent_by_sample = |(number, sample): (usize, &Sample)| match &sample.block {
         Block::Rows(rows) => rows.leverages(at, (reduced, estimates), (number, sample)),
         block => {
             let part = count_own(block, &reduced.own[number]) / count(&sums[number]) + shared;
             sums[number].iter().map(|sum| sum.count * part).collect()
         }
     };
-    problem.samples.iter().enumerate().map(of_sample).collect()
+    problem.samples.iter().enumerate().map(spent_by_sample).collect()
 }
 
 /// Returns the correlation of neighbouring numbers of a sample that restricted likelihood prefers
@@ -114,9 +114,9 @@ fn likeliest_correlation(problem: &mut Problem, at: &Evaluation, sample: usize, 
     let sums = at.noises(sample);
     let lagged = sums.iter().map(|sum| sum.lagged).sum::<f64>();
     let square = sums.iter().map(|sum| sum.square).sum::<f64>();
-    let of_residuals = lagged / square;
+    let residual_rho = lagged / square;
     let noises = problem.samples[sample].block.noises_mut();
-    let present = noises.iter().map(|noise| noise.rho).fold(of_residuals, f64::max);
+    let present = noises.iter().map(|noise| noise.rho).fold(residual_rho, f64::max);
     if !(present > MIN_RHO && dof > 0.0) {
         return None;
     }
@@ -139,14 +139,14 @@ fn restricted(problem: &Problem, at: &Evaluation, (sample, rho): (usize, f64), d
     }
     let there = other.evaluate(at.state.clone());
     let (least, of_unknowns) = there.eliminate(&other, 0.0)?.least(&other.free())?;
-    let of_frames: f64 = there.noises(sample).iter().map(|sum| sum.ln_determinant).sum();
-    Some(dof * least.ln() + of_frames + of_unknowns)
+    let ln_determinant: f64 = there.noises(sample).iter().map(|sum| sum.ln_determinant).sum();
+    Some(dof * least.ln() + ln_determinant + of_unknowns)
 }
 
 /// Returns the number of own unknowns that the data determine: each counts by the part of its
 /// information that is not its prior's.
 fn count_own(block: &Block, own: &[Eliminated]) -> f64 {
-    let of_shot = |(i, own): (usize, &Eliminated)| {
+    let count_shot = |(i, own): (usize, &Eliminated)| {
         let priors = block.own_priors(i);
         let covariance = own.covariance();
         let without_prior = (covariance.ncols() - priors.len()) as f64;
@@ -156,7 +156,7 @@ fn count_own(block: &Block, own: &[Eliminated]) -> f64 {
         });
         without_prior + with_prior.sum::<f64>()
     };
-    own.iter().enumerate().map(of_shot).sum()
+    own.iter().enumerate().map(count_shot).sum()
 }
 
 /// Returns a spread from shot to shot: s² = (Σŝ² + w s₀²)/(Σ(1 − v/s²) + w), a step towards the

@@ -126,12 +126,12 @@ impl Problem {
     /// Returns χ² and the normal equations at `state`.
     pub fn evaluate(&self, state: State) -> Evaluation {
         self.evaluations.fetch_add(1, Ordering::Relaxed);
-        let of_sample = |(sample, own): (&Sample, &Vec<Own>)| {
+        let contributions = |(sample, own): (&Sample, &Vec<Own>)| {
             let shared = sample.gather(&state.shared);
             let contribute = |(i, own): (usize, &Own)| sample.block.contribute(i, own, &shared);
             own.par_iter().enumerate().map(contribute).collect()
         };
-        let shots: Vec<Vec<Contribution>> = self.samples.iter().zip(&state.own).map(of_sample).collect();
+        let shots: Vec<Vec<Contribution>> = self.samples.iter().zip(&state.own).map(contributions).collect();
         let priors: Vec<Option<Normal>> = self.unknowns.iter().map(Unknown::active_prior).collect();
         let pulls = priors.iter().zip(&state.shared.0).filter_map(|(prior, x)| prior.map(|p| p.pull(*x)));
         let cost = shots.iter().flatten().map(|shot| shot.cost).sum::<f64>()
@@ -167,13 +167,13 @@ impl Problem {
 
     /// Gives the contacts of all samples the effects that the unknowns have.
     pub(crate) fn refresh_contact(&mut self) {
-        let unknowns = &self.unknowns;
+        let all = &self.unknowns;
         for sample in &mut self.samples {
-            let own: Vec<Unknown> = sample.columns.iter().map(|column| unknowns[*column]).collect();
+            let unknowns: Vec<Unknown> = sample.columns.iter().map(|column| all[*column]).collect();
             match &mut sample.block {
                 Block::Discs(_) => {}
-                Block::Film(film) => film.contact = film.contact.with(&own),
-                Block::Rows(rows) => *rows = rows.clone().with_unknowns(&own),
+                Block::Film(film) => film.contact = film.contact.with(&unknowns),
+                Block::Rows(rows) => *rows = rows.clone().with_unknowns(&unknowns),
             }
         }
     }
@@ -276,19 +276,19 @@ impl Evaluation {
         for (sample, shots) in problem.samples.iter().zip(&self.shots) {
             let shared = shots.iter().map(Contribution::shared).max().unwrap_or(0);
             let mut sum = DMatrix::zeros(shared + 1, shared + 1);
-            let mut of_sample = Vec::with_capacity(shots.len());
+            let mut eliminated = Vec::with_capacity(shots.len());
             for shot in shots {
                 let raised = (damping > 0.0).then(|| shot.raised(damping));
                 let shot = raised.as_ref().unwrap_or(shot);
-                let own = shot.held.len();
-                sum += shot.products.view((own, own), (shared + 1, shared + 1));
-                squares += shot.products[(own + shared, own + shared)];
+                let first = shot.held.len();
+                sum += shot.products.view((first, first), (shared + 1, shared + 1));
+                squares += shot.products[(first + shared, first + shared)];
                 let (matrix, beside) = shot.own_system();
                 let factor = matrix.cholesky()?;
                 let response = factor.solve(&beside);
                 sum.gemm_tr(-1.0, &beside, &response, 1.0);
                 own_ln_determinant += factor.ln_determinant();
-                of_sample.push(Eliminated { response, factor });
+                eliminated.push(Eliminated { response, factor });
             }
             let place = |i: usize| if i == shared { last } else { sample.columns[i] };
             for i in 0..=shared {
@@ -297,7 +297,7 @@ impl Evaluation {
                     products[(a, b)] += sum[(i, j)];
                 }
             }
-            all.push(of_sample);
+            all.push(eliminated);
         }
         for (i, prior) in self.priors.iter().enumerate() {
             if let Some(normal) = prior {
@@ -378,9 +378,9 @@ impl Reduced {
         for (s, sample) in problem.samples.iter().enumerate() {
             let shared = sample.gather(&state.shared);
             // the step in the order of the sample's unknowns
-            let of_column =
+            let step_of =
                 |column: &usize| columns.iter().position(|other| other == column).map_or(0.0, |j| by[j]);
-            let step = DVector::from_iterator(SHARED, sample.columns.iter().map(of_column));
+            let step = DVector::from_iterator(SHARED, sample.columns.iter().map(step_of));
             state.own[s].par_iter_mut().enumerate().for_each(|(i, own)| {
                 let response = &self.own[s][i].response;
                 let last = response.ncols() - 1;

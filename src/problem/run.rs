@@ -175,10 +175,10 @@ impl<'a> Run<'a> {
         let Some((keep, mut state)) = judge_outcomes(&problem, start, self.policy) else { return self };
         problem.retain(0, &mut state, &keep);
         let lost = Finding::LostShots { names: split_names(&mut names, &keep) };
-        let found = Self::minimise(self.policy, (problem, names), &state).ok().filter(is_good);
-        found.map_or(self, |mut found| {
-            found.findings.insert(0, lost);
-            found
+        let refit = Self::minimise(self.policy, (problem, names), &state).ok().filter(is_good);
+        refit.map_or(self, |mut refit| {
+            refit.findings.insert(0, lost);
+            refit
         })
     }
 

@@ -182,12 +182,12 @@ impl Solution {
     /// shots; `None` for a shot without which an unknown is not determined.
     pub fn influence(&self) -> Vec<Option<ShotInfluence>> {
         let shots = self.at.shots.first().map_or(0, Vec::len);
-        let of_shot = |i: usize| {
+        let influence_of = |i: usize| {
             let (leverage, change) = self.covariance.influence(&self.problem, &self.at, i)?;
-            let of = |id: Id| Some((id, change[self.covariance.position(self.column(0, id)?)?]));
-            Some(ShotInfluence { leverage, changes: Id::ALL.into_iter().filter_map(of).collect() })
+            let change_of = |id: Id| Some((id, change[self.covariance.position(self.column(0, id)?)?]));
+            Some(ShotInfluence { leverage, changes: Id::ALL.into_iter().filter_map(change_of).collect() })
         };
-        (0..shots).into_par_iter().map(of_shot).collect()
+        (0..shots).into_par_iter().map(influence_of).collect()
     }
 
     /// Returns the information on these unknowns of the first sample, all other free ones
@@ -239,7 +239,7 @@ impl Solution {
 
     /// Returns χ² of the data alone, and the number of measured numbers in it.
     pub(crate) fn chi2_of_data(&self) -> (f64, f64) {
-        let of_sample = |(number, sample): (usize, &Sample)| match &sample.block {
+        let count_data = |(number, sample): (usize, &Sample)| match &sample.block {
             Block::Rows(rows) => {
                 let chi2 = self.at.shots[number].iter().map(|shot| shot.cost).sum::<f64>();
                 (chi2, rows.shots.iter().map(|shot| shot.rows.len()).sum::<usize>() as f64)
@@ -249,7 +249,7 @@ impl Solution {
                 (sums.iter().map(|sum| sum.weighted).sum(), sums.iter().map(|sum| sum.count).sum())
             }
         };
-        let all = self.problem.samples.iter().enumerate().map(of_sample);
+        let all = self.problem.samples.iter().enumerate().map(count_data);
         all.fold((0.0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1))
     }
 
@@ -263,12 +263,12 @@ impl Solution {
     /// held.
     pub(crate) fn own_count(&self) -> usize {
         let free = |shot: &Contribution| shot.held.iter().filter(|held| !**held).count();
-        let of_sample = |(number, sample): (usize, &Sample)| match &sample.block {
+        let count_unknowns = |(number, sample): (usize, &Sample)| match &sample.block {
             // what is known of an input is a number, too
             Block::Rows(rows) => rows.shots.iter().map(RowShot::own_unknowns_without_prior).sum::<usize>(),
             _ => self.at.shots[number].iter().map(free).sum(),
         };
-        self.problem.samples.iter().enumerate().map(of_sample).sum()
+        self.problem.samples.iter().enumerate().map(count_unknowns).sum()
     }
 
     /// Returns the degrees of freedom of χ² of everything: numbers less unknowns. The prior of an

@@ -255,9 +255,9 @@ impl Contribution {
     /// decoupled.
     pub(crate) fn own_system(&self) -> (DMatrix<f64>, DMatrix<f64>) {
         let (matrix, _) = self.system(&[]);
-        let own = self.held.len();
-        let beside = DMatrix::from_fn(own, self.shared() + 1, |i, j| {
-            if self.held[i] { 0.0 } else { self.products[(i, own + j)] }
+        let first = self.held.len();
+        let beside = DMatrix::from_fn(first, self.shared() + 1, |i, j| {
+            if self.held[i] { 0.0 } else { self.products[(i, first + j)] }
         });
         (matrix, beside)
     }
@@ -265,10 +265,10 @@ impl Contribution {
     /// Returns the normal matrix and the gradient of the own unknowns and some shared ones of the
     /// sample. Held unknowns are decoupled.
     pub fn system(&self, ids: &[Id]) -> (DMatrix<f64>, DVector<f64>) {
-        let own = self.held.len();
-        let n = own + ids.len();
-        let place = |i: usize| if i < own { i } else { own + ids[i - own] as usize };
-        let is_held = |i: usize| i < own && self.held[i];
+        let first = self.held.len();
+        let n = first + ids.len();
+        let place = |i: usize| if i < first { i } else { first + ids[i - first] as usize };
+        let is_held = |i: usize| i < first && self.held[i];
         let matrix = DMatrix::from_fn(n, n, |i, j| {
             let (a, b) = (place(i).min(place(j)), place(i).max(place(j)));
             if is_held(i) || is_held(j) { f64::from(i == j) } else { self.products[(a, b)] }
@@ -280,19 +280,20 @@ impl Contribution {
     /// Returns the shot's part of the normal matrix and gradient of the shared unknowns `ids` of
     /// its sample, after elimination of its own.
     pub fn reduced(&self, ids: &[Id]) -> Option<(DMatrix<f64>, DVector<f64>)> {
-        let own = self.held.len();
+        let first = self.held.len();
         let (matrix, beside) = self.own_system();
         let response = matrix.cholesky()?.solve(&beside);
         let shared = self.shared();
-        let products = self.products.view((own, own), (shared + 1, shared + 1)) - beside.tr_mul(&response);
-        let of = |a: Option<usize>, b: Option<usize>| match (a, b) {
+        let products =
+            self.products.view((first, first), (shared + 1, shared + 1)) - beside.tr_mul(&response);
+        let product = |a: Option<usize>, b: Option<usize>| match (a, b) {
             (Some(a), Some(b)) => products[(a.min(b), a.max(b))],
             _ => 0.0,
         };
         let place = |i: usize| Some(ids[i] as usize).filter(|place| *place < shared);
         Some((
-            DMatrix::from_fn(ids.len(), ids.len(), |i, j| of(place(i), place(j))),
-            DVector::from_fn(ids.len(), |i, _| of(place(i), Some(shared))),
+            DMatrix::from_fn(ids.len(), ids.len(), |i, j| product(place(i), place(j))),
+            DVector::from_fn(ids.len(), |i, _| product(place(i), Some(shared))),
         ))
     }
 }

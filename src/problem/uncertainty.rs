@@ -89,19 +89,20 @@ impl Estimates {
         (sample, i): (usize, usize),
         held: &[bool],
     ) -> DMatrix<f64> {
-        let own = held.len();
+        let first = held.len();
         let response = reduced.response(sample, i, &self.columns);
-        let by =
-            DMatrix::from_fn(own + SHARED, self.columns.len(), |row, column| match row.checked_sub(own) {
+        let by = DMatrix::from_fn(first + SHARED, self.columns.len(), |row, column| {
+            match row.checked_sub(first) {
                 None => response[(row, column)],
                 Some(local) => f64::from(reduced.columns[sample][local] == self.columns[column]),
-            });
+            }
+        });
         let mut all = &by * &self.covariance * by.transpose();
-        let of_own = reduced.own[sample][i].covariance();
-        let free: Vec<usize> = (0..own).filter(|place| !held[*place]).collect();
+        let own_covariance = reduced.own[sample][i].covariance();
+        let free: Vec<usize> = (0..first).filter(|place| !held[*place]).collect();
         for a in &free {
             for b in &free {
-                all[(*a, *b)] += of_own[(*a, *b)];
+                all[(*a, *b)] += own_covariance[(*a, *b)];
             }
         }
         all
@@ -111,9 +112,9 @@ impl Estimates {
     /// unknowns and the shared ones.
     pub(crate) fn variance(&self, reduced: &Reduced, (sample, i): (usize, usize), by: &DVector<f64>) -> f64 {
         let response = reduced.response(sample, i, &self.columns);
-        let own = response.nrows();
-        let mut by_shared = response.tr_mul(&by.rows(0, own));
-        for (by_local, column) in by.iter().skip(own).zip(&reduced.columns[sample]) {
+        let first = response.nrows();
+        let mut by_shared = response.tr_mul(&by.rows(0, first));
+        for (by_local, column) in by.iter().skip(first).zip(&reduced.columns[sample]) {
             if let Some(place) = self.position(*column) {
                 by_shared[place] += by_local;
             }
@@ -236,13 +237,13 @@ pub(crate) fn robust_covariance(
                 loss.slope(distance) / (distance * loss.weight(distance).powi(2))
             };
             let bend = shot.part.filter(|part| part.distance > 0.0).map_or(0.0, bend);
-            let own = matrix + &slope * slope.transpose() * bend;
+            let curvature_of_shot = matrix + &slope * slope.transpose() * bend;
             for (i, a) in places.iter().enumerate() {
                 for (j, b) in places.iter().enumerate() {
-                    curvature[(*a, *b)] += own[(i, j)];
+                    curvature[(*a, *b)] += curvature_of_shot[(i, j)];
                 }
             }
-            slopes.push((places.clone(), own, slope));
+            slopes.push((places.clone(), curvature_of_shot, slope));
         }
     }
     let prior = |i: usize| problem.unknowns[estimates.columns[i]].active_prior();

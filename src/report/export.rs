@@ -29,17 +29,17 @@ pub(crate) struct Exported {
 /// # Errors
 /// Why it is not known: the data refute the model, do not determine it, or give a bound only.
 fn value(fit: &FitDocument, parameter: Parameter) -> Result<f64, String> {
-    let found = fit.parameters.get(parameter.name()).filter(|found| found.status != "not-identified");
-    let found = found.ok_or("the data do not determine it")?;
-    let (sign, bound, why) = match (found.status.as_str(), found.plateau) {
-        ("fixed", _) => return Ok(found.estimate),
+    let stored = fit.parameters.get(parameter.name()).filter(|stored| stored.status != "not-identified");
+    let stored = stored.ok_or("the data do not determine it")?;
+    let (sign, bound, why) = match (stored.status.as_str(), stored.plateau) {
+        ("fixed", _) => return Ok(stored.estimate),
         _ if fit.refuted().is_some() => {
             return Err("the data refute the model that it belongs to".to_owned());
         }
-        ("free", None) => return Ok(found.estimate),
+        ("free", None) => return Ok(stored.estimate),
         ("free", Some([edge, end])) if end >= edge => ("≥ ", edge, "every larger value fits equally"),
         ("free", Some([edge, _])) => ("≤ ", edge, "every smaller value fits equally"),
-        _ => ("", found.estimate, "the fit ended at an end of its range"),
+        _ => ("", stored.estimate, "the fit ended at an end of its range"),
     };
     let (symbol, number) = (parameter.symbol(), plain(bound, 3));
     Err(format!("{symbol} {sign}{number}: {why}, which is a bound and not a value"))

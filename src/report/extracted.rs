@@ -209,13 +209,13 @@ fn discs_table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
 
 /// Returns what there is to say of the impacts of discs, a line each.
 pub(crate) fn lines(extracted: &[(TrackShot, DiscImpact)]) -> Vec<String> {
-    let of_shot = |(shot, impact): &(TrackShot, DiscImpact)| {
+    let describe = |(shot, impact): &(TrackShot, DiscImpact)| {
         let stuck = impact.stuck.iter().map(|stuck| format!("{}.", stuck.sentence()));
         let doubts = impact.doubts.iter().map(|doubt| format!("doubtful: {doubt}."));
         let lines = std::iter::once(summary(impact)).chain(stuck).chain(doubts);
         lines.map(|line| format!("shot {}: {line}", shot.name)).collect::<Vec<_>>()
     };
-    extracted.iter().flat_map(of_shot).collect()
+    extracted.iter().flat_map(describe).collect()
 }
 
 /// Returns the main numbers of an impact of discs; of discs that stick, another line has e.

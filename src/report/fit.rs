@@ -55,10 +55,10 @@ pub(super) fn page_of_labels(fits: &[Fit], folders: &[String]) -> Result<String,
 fn of_several(fits: &[Fit]) -> Values {
     let known = parameters(fits);
     let estimates = table(fits.iter().map(|fit| cells(fit, &known)).collect(), &known);
-    let of_fit = |fit: &Fit| {
+    let describe = |fit: &Fit| {
         fit.warnings().into_iter().map(|warning| format!("{}: {warning}", title(fit))).collect::<Vec<_>>()
     };
-    let warnings: Vec<String> = fits.iter().flat_map(of_fit).collect();
+    let warnings: Vec<String> = fits.iter().flat_map(describe).collect();
     let budget: Vec<_> = fits.iter().flat_map(budget).collect();
     context! { warnings, rare => rare(&known), estimates => Serde(estimates), budget => Serde(budget) }
 }

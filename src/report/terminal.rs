@@ -40,9 +40,9 @@ pub fn overview(fits: &[Fit]) -> String {
     // the head has no sentence
     let lines: Vec<_> = text.lines().zip([None].into_iter().chain(below)).collect();
     let lines_of_table = Serde(lines);
-    let of_one = if let [fit] = fits { details(fit) } else { Values::UNDEFINED };
+    let details_of_one = if let [fit] = fits { details(fit) } else { Values::UNDEFINED };
     let estimates = Serde(estimates);
-    let values = context! { lines_of_table, estimates, rare => rare(&known), ..of_one };
+    let values = context! { lines_of_table, estimates, rare => rare(&known), ..details_of_one };
     templates::text(include_str!("templates/overview.jinja"), values)
 }
 
@@ -73,8 +73,8 @@ pub(super) fn cells(fit: &Fit, known: &[Parameter]) -> Vec<String> {
     let grade = fit.verdict().grade;
     let mut cells = vec![name, shots];
     cells.extend(known.iter().map(|parameter| {
-        let own = fit.get(*parameter).filter(|_| grade != Grade::Unusable);
-        own.map_or("–".to_owned(), |own| estimate(fit, own))
+        let shown = fit.get(*parameter).filter(|_| grade != Grade::Unusable);
+        shown.map_or("–".to_owned(), |shown| estimate(fit, shown))
     }));
     cells.push(grade.name().to_owned());
     cells

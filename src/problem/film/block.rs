@@ -261,8 +261,8 @@ impl SideSpin {
 /// Returns the place on the table and the height of a ball on a piece at a time since the first
 /// guess of the impact.
 pub(super) fn locate(at: &[f64], time: f64) -> (Point, f64) {
-    let of = |i: usize| at[3 * i] + at[3 * i + 1] * time + at[3 * i + 2] * (0.5 * time * time);
-    (Point::new(of(0), of(1)), of(2))
+    let coordinate = |i: usize| at[3 * i] + at[3 * i + 1] * time + at[3 * i + 2] * (0.5 * time * time);
+    (Point::new(coordinate(0), coordinate(1)), coordinate(2))
 }
 
 /// Returns the index of the piece that a ball is on in a frame, and the rows of both coordinates.
@@ -281,8 +281,8 @@ fn see(
     let [v_x, v_y, v_h] = [0, 1, 2].map(|i| at[3 * i + 1] + at[3 * i + 2] * time);
     let seen = camera.look(place, height);
     let by_time = seen.by_place * Point::new(v_x, v_y) + seen.by_height * v_h;
-    let of_axes = [seen.by_place.column(0).into(), seen.by_place.column(1).into(), seen.by_height];
-    let by: [Point; COEFFICIENTS] = std::array::from_fn(|i| of_axes[i / 3] * powers[i % 3]);
+    let by_axes = [seen.by_place.column(0).into(), seen.by_place.column(1).into(), seen.by_height];
+    let by: [Point; COEFFICIENTS] = std::array::from_fn(|i| by_axes[i / 3] * powers[i % 3]);
     (index, rows(frame, seen, &by, by_time, Point::repeat(sd)))
 }
 

@@ -240,8 +240,8 @@ impl Reading {
             let weight = |axis: usize| {
                 let stated = sample.sd.map(|sd| sd[axis]).or(shot.position_sd);
                 // over the noise of the film, which is 1 m if all noise is stated
-                let of_noise = |sd: f64| if self.states_noise { sd * self.unit } else { sd / noise };
-                let sd = stated.map_or(1.0, of_noise);
+                let over_noise = |sd: f64| if self.states_noise { sd * self.unit } else { sd / noise };
+                let sd = stated.map_or(1.0, over_noise);
                 (repeats[axis].sqrt() * if sd > 0.0 { sd } else { 1.0 }).recip()
             };
             Frame {
@@ -262,12 +262,12 @@ const AS_STATED: std::ops::Range<f64> = 0.7..1.5;
 /// what was found. The radius of the balls is in m.
 pub(super) fn cleaned(tracks: &Tracks, radius: f64) -> (Vec<TrackShot>, Vec<Finding>) {
     let mut shots = tracks.shots.clone();
-    let of = shots.len();
+    let all_shots = shots.len();
     let mut findings: Vec<Finding> = repair_drops(&mut shots).into_iter().collect();
     let corners =
         shots.par_iter_mut().filter_map(|shot| leave_out_before_cushion(shot).then_some(())).count();
     if corners > 0 {
-        findings.push(Finding::Corners { shots: corners, of });
+        findings.push(Finding::Corners { shots: corners, of: all_shots });
     }
     if let Some(Measured { value: rho, sd }) = noise_correlation(&shots) {
         findings.push(Finding::NoiseLasts { rho, sd: sd.unwrap_or(f64::NAN) });
@@ -278,7 +278,7 @@ pub(super) fn cleaned(tracks: &Tracks, radius: f64) -> (Vec<TrackShot>, Vec<Find
     let ends =
         shots.par_iter_mut().filter_map(|shot| leave_out_after_cushion(shot, radius).then_some(())).count();
     if ends > 0 {
-        findings.push(Finding::Ends { shots: ends, of });
+        findings.push(Finding::Ends { shots: ends, of: all_shots });
     }
     if let Some(times) = refute_noise(&shots) {
         for shot in shots.iter_mut().filter(|_| times > 1.0) {
@@ -299,12 +299,12 @@ pub(in crate::problem) fn repair_drops(shots: &mut [TrackShot]) -> Option<Findin
 /// Returns the scatter of neighbouring frames over the stated noise, if that refutes what is
 /// stated.
 fn refute_noise(shots: &[TrackShot]) -> Option<f64> {
-    let of_shot = |shot: &TrackShot| {
+    let scatter_over_stated = |shot: &TrackShot| {
         let samples = shot.cue.iter().chain(&shot.object);
-        let of_samples = || median(samples.filter_map(|sample| sample.sd).flatten().collect());
-        let stated = shot.position_sd.unwrap_or_else(of_samples);
+        let typical_sd = || median(samples.filter_map(|sample| sample.sd).flatten().collect());
+        let stated = shot.position_sd.unwrap_or_else(typical_sd);
         (stated > 0.0).then(|| frame_noise::noise(shot) / stated)
     };
-    let times: Vec<f64> = shots.par_iter().filter_map(of_shot).collect();
+    let times: Vec<f64> = shots.par_iter().filter_map(scatter_over_stated).collect();
     (!times.is_empty()).then(|| median(times)).filter(|times| !AS_STATED.contains(times))
 }

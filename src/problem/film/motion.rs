@@ -28,12 +28,12 @@ pub(super) type Piece = frames::Piece<COEFFICIENTS, INPUTS>;
 /// Returns a part of a path as coefficients.
 fn piece(stretch: &Stretch<Dual>) -> Piece {
     let Moment { time: start, place, velocity, .. } = stretch.from;
-    let of_axis = |axis: usize| {
+    let coefficients_of_axis = |axis: usize| {
         let (x, v, a) = (&place[axis], &velocity[axis], stretch.acceleration[axis]);
         // x − v s + a s²/2, v − a s, a
         [x - (v - a * start * 0.5) * start, v - a * start, a]
     };
-    Piece::new(stretch.start, (0..3).flat_map(of_axis))
+    Piece::new(stretch.start, (0..3).flat_map(coefficients_of_axis))
 }
 
 /// Returns the action of the cloth on balls of this moment of inertia. A wrong frame rate changes

@@ -86,12 +86,12 @@ pub(crate) fn outlying<const R: usize>(frames: &[Sight<R>], instant: f64, policy
 
 /// Returns the squares of the residuals of the frames of each shot.
 pub(crate) fn squares(shots: &[Contribution]) -> Vec<Squares> {
-    let of_shot = |shot: &Contribution| {
+    let add_up = |shot: &Contribution| {
         let count: f64 = shot.noises.iter().map(|noise| noise.count).sum();
         let sum = shot.noises.iter().map(|noise| noise.weighted).sum();
         Squares { sum, count: (count - OWN as f64).max(1.0) }
     };
-    shots.iter().map(of_shot).collect()
+    shots.iter().map(add_up).collect()
 }
 
 /// Returns how many frames before and after the impacts are off, the first of which is less than

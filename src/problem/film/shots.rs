@@ -102,7 +102,7 @@ impl FilmBlock {
     pub(super) fn fitted_frames(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> Vec<FittedFrame> {
         let Some(paths) = self.paths(shot, own, shared) else { return Vec::new() };
         let balls = [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate();
-        let of_ball = |(which, ball): (usize, TrackedBall)| {
+        let frames_of_ball = |(which, ball): (usize, TrackedBall)| {
             let (noise, paths) = (self.noise[which].sd, &paths);
             shot.tracks[which].iter().map(move |frame| FittedFrame {
                 ball,
@@ -113,7 +113,7 @@ impl FilmBlock {
                 used: frame.used,
             })
         };
-        balls.flat_map(of_ball).collect()
+        balls.flat_map(frames_of_ball).collect()
     }
 }
 
@@ -165,8 +165,8 @@ impl Solution {
     /// Returns the frames of shot `i` of a film against the fit.
     #[must_use]
     pub(crate) fn fitted_frames(&self, i: usize) -> Vec<FittedFrame> {
-        let of_shot = |Fitted { film, shot, own, shared }| film.fitted_frames(shot, own, &shared);
-        self.film_shot(i).map(of_shot).unwrap_or_default()
+        let fitted_frames = |Fitted { film, shot, own, shared }| film.fitted_frames(shot, own, &shared);
+        self.film_shot(i).map(fitted_frames).unwrap_or_default()
     }
 
     /// Returns the radius of the object ball of a film, m.
@@ -197,8 +197,8 @@ impl Solution {
     pub(crate) fn own_estimates(&self, from: [f64; 2]) -> Vec<Vec<OwnEstimate>> {
         let reduced = self.at.eliminate(&self.problem, 0.0);
         let shots = (0..self.names.first().map_or(0, Vec::len)).into_par_iter();
-        let of_shot = |i: usize| self.own_estimates_of(i, from, reduced.as_ref()?);
-        shots.map(|i| of_shot(i).unwrap_or_default()).collect()
+        let estimate = |i: usize| self.own_estimates_of(i, from, reduced.as_ref()?);
+        shots.map(|i| estimate(i).unwrap_or_default()).collect()
     }
 
     fn own_estimates_of(&self, i: usize, [x, y]: [f64; 2], reduced: &Reduced) -> Option<Vec<OwnEstimate>> {
@@ -302,10 +302,11 @@ impl Solution {
             let offset = column.checked_sub(OWN).map(|i| OWN + Id::OFFSETS[i] as usize);
             gradient(&quantities[row])[offset.unwrap_or(column)]
         });
-        let of_shot = (&by_own * &covariance * by_own.transpose()).diagonal();
+        let shot_variances = (&by_own * &covariance * by_own.transpose()).diagonal();
         let by_cloth = &by_own * covariance * matrix.view((0, free), (free, CLOTH.len()));
-        let of_cloth = self.covariance_in(&self.covariance, &CLOTH).map(|c| if c.is_nan() { 0.0 } else { c });
-        Some([of_shot, (&by_cloth * of_cloth * by_cloth.transpose()).diagonal()])
+        let cloth_covariance =
+            self.covariance_in(&self.covariance, &CLOTH).map(|c| if c.is_nan() { 0.0 } else { c });
+        Some([shot_variances, (&by_cloth * cloth_covariance * by_cloth.transpose()).diagonal()])
     }
 }
 

@@ -81,12 +81,12 @@ impl Axis {
             Scale::Whole => whole(),
             Scale::Logarithmic => {
                 let decades = || range.start.floor() as i32..=range.end.ceil() as i32;
-                let of_decades = OF_DECADES.into_iter().map(|factors| {
+                let candidates = OF_DECADES.into_iter().map(|factors| {
                     let places = decades()
                         .flat_map(|decade| factors.iter().map(move |f| f64::from(decade) + f.log10()));
                     places.filter(|place| range.contains(place)).collect::<Vec<_>>()
                 });
-                of_decades.into_iter().find(|ticks| ticks.len() <= most).unwrap_or_else(whole)
+                candidates.into_iter().find(|ticks| ticks.len() <= most).unwrap_or_else(whole)
             }
             Scale::Linear | Scale::Symmetric(_) => round,
         }

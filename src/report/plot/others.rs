@@ -43,9 +43,10 @@ pub(in crate::report) fn discs(fit: &Fit) -> Figure {
     // e(v) = e₀ − e₁v
     let slope = fitted(Parameter::ESlope).map_or(0.0, |slope| slope.value);
     let [_, fastest] = ends(points[0].iter().map(|point| point.at[0]));
-    let of_e = fitted(Parameter::E);
-    let of_e = of_e.map(|e| [0.0, 1.05 * fastest].map(|speed| [speed, e.value - slope * speed]).to_vec());
-    let curves = [of_e.unwrap_or_default(), fit.friction_curve.clone()];
+    let e_curve = fitted(Parameter::E);
+    let e_curve =
+        e_curve.map(|e| [0.0, 1.05 * fastest].map(|speed| [speed, e.value - slope * speed]).to_vec());
+    let curves = [e_curve.unwrap_or_default(), fit.friction_curve.clone()];
     let scatter = fit.scatter.filter(|scatter| scatter.is_estimated).unwrap_or_default();
     let speed = format!("closing speed ({})", fit.discs.as_ref().map_or("m/s", speed_unit));
     let meanings = [
@@ -82,9 +83,9 @@ pub(super) fn budget(budgets: &[Budget]) -> Panel {
     const SOURCES: usize = 4;
     let mut bars: Vec<(String, f64, usize)> = Vec::new();
     for (series, found) in budgets.iter().enumerate() {
-        let of = symbol(found.of.name());
+        let name = symbol(found.of.name());
         bars.extend(found.parts.iter().take(SOURCES).map(|(source, error)| {
-            (format!("{of}: {source}"), 100.0 * (error / found.std_error).powi(2), series)
+            (format!("{name}: {source}"), 100.0 * (error / found.std_error).powi(2), series)
         }));
     }
     bars.reverse();
@@ -135,8 +136,8 @@ pub(in crate::report) fn forest(comparison: &Comparison) -> Figure {
         let x = Axis::new(format!("{symbol}, {}", compared.quantity.meaning()));
         let mut panel = Panel::new(symbol, about, x, Axis::with("", Scale::Words(words)));
         for (row, value) in compared.estimates.iter().rev().enumerate() {
-            let of_label = comparison.labels.iter().position(|label| Some(label) == value.label.as_ref());
-            let (y, series) = (row as f64, of_label.unwrap_or(0));
+            let series = comparison.labels.iter().position(|label| Some(label) == value.label.as_ref());
+            let (y, series) = (row as f64, series.unwrap_or(0));
             panel.line(value.interval_95.into_iter().flatten().map(|end| [end, y]), color(series), 3);
             let opacity = if value.fitted { 1.0 } else { 0.35 };
             panel.points([Point { opacity, ..Point::new([value.estimate, y], series) }]);
@@ -157,8 +158,9 @@ pub(in crate::report) fn design(design: &Design) -> Figure {
     let speeds: Vec<Vec<f64>> = kinds.iter().map(|kind| speeds(kind.speed_m_s)).collect();
     for parameter in Parameter::COEFFICIENTS {
         let panels = (0..COLUMNS).map(|column| {
-            let own: Vec<Option<f64>> = speeds.iter().map(|speeds| speeds.get(column).copied()).collect();
-            errors(design, parameter, &own)
+            let speeds_of_kinds: Vec<Option<f64>> =
+                speeds.iter().map(|speeds| speeds.get(column).copied()).collect();
+            errors(design, parameter, &speeds_of_kinds)
         });
         figure.add_rows(380, COLUMNS, panels.filter(|panel| !panel.marks.is_empty()).collect());
     }

@@ -151,11 +151,11 @@ impl Ranged for Ticked {
 impl Panel {
     /// Returns the points of all marks, which the axes hold: bars with both ends.
     fn extent(&self) -> Vec<[f64; 2]> {
-        let of_mark = |mark: &Mark| match mark {
+        let points = |mark: &Mark| match mark {
             Mark::Points(points) => points.iter().flat_map(Point::bar).collect(),
             Mark::Path(points, _) => points.clone(),
         };
-        self.marks.iter().flat_map(of_mark).filter(|place| place.iter().all(|x| is_drawable(*x))).collect()
+        self.marks.iter().flat_map(points).filter(|place| place.iter().all(|x| is_drawable(*x))).collect()
     }
 
     fn draw<DB: DrawingBackend>(&self, area: &Area<DB>, spots: &mut Vec<Spot>) -> Drawn<DB> {
