@@ -117,7 +117,7 @@ pub(crate) fn whiten<const R: usize>(
                 continue;
             }
             let fresh = (1.0 - kept * kept).sqrt().recip();
-            sums.ln_determinant = -2.0 * fresh.ln();
+            sums.ln_determinant = -2.0 * sums.count * fresh.ln();
             *row *= fresh;
             if before.piece == sight.piece {
                 row.axpy(-kept * fresh, row_before, 1.0);
