@@ -4,7 +4,7 @@
 //! errors of real films are not noise. The widths were chosen by Cramér–Rao bounds of ten kinds of
 //! film and 2 000 fits of an independent simulator.
 
-use super::spins::{ShotSpin, TOPSPIN_SPREAD};
+use super::spins::{ROLL_SD, ShotSpin, TOPSPIN_SPREAD};
 use crate::measurement::correction::Correction;
 use crate::measurement::dataset::{Measured, Tracks};
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
@@ -27,10 +27,8 @@ const SLANTED_ASPECT_SD: f64 = 0.3;
 /// Standard deviation of the slope of a table, 1 mm/m.
 const TILT_SD: f64 = 1e-3;
 
-/// Standard deviations of the mean topspin over natural roll: of shots stated as natural roll, of
-/// shots stated as stun, and of shots of unknown spin that slide. A ball whose measured spin is
-/// within the first of natural roll rolls.
-pub(super) const ROLL_SD: f64 = 0.01;
+/// Standard deviations of the mean topspin over natural roll: of shots stated as stun, and of shots
+/// of unknown spin that slide.
 const STUN_SD: f64 = 0.02;
 const UNKNOWN_SD: f64 = 1.0;
 
