@@ -281,7 +281,7 @@ pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) 
 }
 
 /// Returns the most likely separator: the most frequent one in the line of names.
-pub(crate) fn separator(text: &str) -> char {
+fn separator(text: &str) -> char {
     let names = filled_lines(text).find(|(_, line)| !line.trim_start().starts_with('#'));
     let first = names.map_or("", |(_, line)| line);
     // the last one of equally frequent ones

@@ -1,12 +1,16 @@
 //! JSON as tools in the browser save it: an array of shots, each with balls, each with samples.
 
+use std::borrow::Cow;
+
 use indexmap::IndexMap;
 use serde_json::value::RawValue;
 
-use super::raw::{Job, RawShot, RawTrack, Row, Stated, Subject, stem};
+use super::heading::Heading;
+use super::raw::{Job, RawShot, Stated, Subject, stem};
+use super::reader::{Body, Layout, Reader};
 use super::settings::Format;
 use super::words::Unit;
-use crate::io::text::{parse, shortened, value};
+use crate::io::text::{shortened, value};
 use crate::measurement::number::count_of;
 
 /// Keys with one meaning, the most common first.
@@ -98,15 +102,20 @@ impl File<'_> {
         let mut read = Vec::new();
         for (number, raw) in (1..).zip(&shots) {
             let number = if shots.len() == 1 { String::new() } else { format!("-{number}") };
-            let shot = self.shot(raw, &root, format!("{}{number}", stem(self.job.file)), unit)?;
-            read.extend(Some(shot).filter(|shot| shot.tracks.iter().any(|track| !track.rows.is_empty())));
+            read.extend(self.shot(raw, &root, format!("{}{number}", stem(self.job.file)), unit)?);
         }
         Some(read)
     }
 
     /// Reads a shot, which is called `unnamed` unless it has a name; `root` may state its frame
     /// rate.
-    fn shot(&self, raw: &RawValue, root: &Object, unnamed: String, unit: Option<Unit>) -> Option<RawShot> {
+    fn shot(
+        &self,
+        raw: &RawValue,
+        root: &Object,
+        unnamed: String,
+        unit: Option<Unit>,
+    ) -> Option<Vec<RawShot>> {
         let shot = object(raw);
         let name = get_cell(&shot, &NAME).unwrap_or(unnamed);
         let lacks = |what, name: &str, key| format!("the {what} \"{}\" has no \"{key}\"", shortened(name));
@@ -116,21 +125,20 @@ impl File<'_> {
             .into_iter()
             .enumerate()
             .map(|(i, ball)| (get_cell(&object(ball), &NAME).unwrap_or_else(|| (i + 1).to_string()), ball));
-        let (mut time, mut tracks) = (None, Vec::new());
-        for (body, (name, ball)) in in_list.chain(object(balls)).enumerate() {
+        let (mut time, mut rows, mut bodies) = (None, Vec::new(), Vec::new());
+        for (index, (ball_name, ball)) in in_list.chain(object(balls)).enumerate() {
             let samples = get(&object(ball), &SAMPLES).unwrap_or(ball);
             if !samples.get().starts_with('[') {
-                return self.refuse(ball, lacks("ball", &name, "samples"));
+                return self.refuse(ball, lacks("ball", &ball_name, "samples"));
             }
-            let mut rows = Vec::new();
             for sample in list(samples) {
-                let (own, row) = self.row(sample)?;
+                let (own, [t, x, y]) = self.cells(sample)?;
                 if *time.get_or_insert(own) != own {
                     return self.refuse(sample, "has another kind of time than the samples above");
                 }
-                rows.push(row);
+                rows.push((self.line(sample), index, [name.clone().into(), t, x, y]));
             }
-            tracks.push(RawTrack { name, body, rows, ..RawTrack::default() });
+            bodies.push(Body { index, ..Body::new(ball_name, [2, 3]) });
         }
         let mut stated = Stated { format: Format::Json, unit, time: time.flatten(), ..Stated::default() };
         if let Some(fps) = get_cell(&shot, &FPS).or_else(|| get_cell(root, &FPS)) {
@@ -138,37 +146,26 @@ impl File<'_> {
             let known = known.or_else(|| self.refuse(raw, format!("fps is {fps}, not frames per second")))?;
             stated.fps = Some(known).filter(|_| stated.time == Some(Unit::Frames));
         }
-        let line = tracks.iter().map(RawTrack::line).min().unwrap_or_default();
-        let file = self.job.file.to_path_buf();
-        tracks.iter_mut().for_each(RawTrack::sort);
-        Some(RawShot { name, file, line, stated, tracks })
+        let heading = Heading::plain(1, 0, None, ["shot", "time", "x", "y"].map(str::to_string).to_vec());
+        let layout = Layout { heading, shot: Some(0), time: Some(1), stated, bodies };
+        let mut reader = Reader::new(self.job, &layout);
+        for (line, body, cells) in &rows {
+            reader.add(*line, cells, &layout.bodies[*body..=*body]);
+        }
+        Some(reader.finish())
     }
 
-    /// Reads `{t, x, y}`, or `{frame, x, y}`, or `[t, x, y]`, whose unit of time is not stated.
-    fn row(&self, raw: &RawValue) -> Option<(Option<Unit>, Row)> {
-        let (sample, line) = (object(raw), self.line(raw));
-        let (unit, [time, x, y]) = if let [time, x, y] = list(raw)[..] {
-            (None, [Some(time), Some(x), Some(y)])
-        } else {
-            let [frame, x, y] = ["frame", "x", "y"].map(|key| get(&sample, &[key]));
-            let time = self.job.frame_or_time(frame, get(&sample, &["t", "time"]));
-            let (time, is_frame) = time.or_else(|| self.refuse(raw, "a sample without t or frame"))?;
-            (Some(if is_frame { Unit::Frames } else { Unit::S }), [Some(time), x, y])
-        };
-        let number = |key: &str, at: Option<&RawValue>| match parse(&at.map_or(String::new(), cell)) {
-            Ok(number) => Some(number.unwrap_or(f64::NAN)),
-            Err(why) => {
-                let written = shortened(at.map_or("", RawValue::get));
-                self.job.wrong(line, key, format!("{written} {why}; expected a finite number or null"));
-                None
-            }
-        };
-        let place = [number("x", x)?, number("y", y)?];
-        self.job.note_half(place, line);
-        let time = number("time", time)?;
-        if time.is_nan() {
-            return self.refuse(raw, "a sample without t or frame");
+    /// Returns `{t, x, y}`, or `{frame, x, y}`, or `[t, x, y]`, whose unit of time is not stated, as
+    /// cells of a table.
+    fn cells(&self, raw: &RawValue) -> Option<(Option<Unit>, [Cow<'static, str>; 3])> {
+        let cells = |values: [Option<&RawValue>; 3]| values.map(|at| at.map_or(String::new(), cell).into());
+        if let [time, x, y] = list(raw)[..] {
+            return Some((None, cells([Some(time), Some(x), Some(y)])));
         }
-        Some((unit, Row { time, place, sd: [f64::NAN; 2], line }))
+        let sample = object(raw);
+        let [frame, x, y] = ["frame", "x", "y"].map(|key| get(&sample, &[key]));
+        let time = self.job.frame_or_time(frame, get(&sample, &["t", "time"]));
+        let (time, is_frame) = time.or_else(|| self.refuse(raw, "a sample without t or frame"))?;
+        Some((Some(if is_frame { Unit::Frames } else { Unit::S }), cells([Some(time), x, y])))
     }
 }

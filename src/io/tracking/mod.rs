@@ -36,7 +36,6 @@ use crate::measurement::dataset::Tracks;
 use crate::measurement::fault::{FINITE, POSITIVE};
 use crate::measurement::spin::Spin;
 
-pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
 pub(crate) use survey::Survey;
 
 /// Least number of shots that a core gets at a time.

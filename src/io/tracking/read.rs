@@ -1,7 +1,6 @@
 //! Recognition of a file's format by its content.
 
 use std::fs;
-use std::path::Path;
 
 use super::formats::FORMATS;
 use super::heading::{Heading, Rows, TITLES, headings};
@@ -24,7 +23,9 @@ pub(super) fn file(job: Job, alone: bool) -> Option<Vec<RawShot>> {
         job.note(Subject::Format, line, message);
     }
     let (text, _) = without_separator_line(text);
-    if is_tracker_project(job.file, &text) {
+    let is_archive = job.file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("trz"));
+    let is_xml = text.trim_start().starts_with("<?xml");
+    if is_archive || is_xml && text.contains("org.opensourcephysics.cabrillo.tracker") {
         job.wrong(None, None, TRACKER_PROJECT);
         return None;
     }
@@ -82,16 +83,8 @@ fn begin_at_zero(shot: &mut RawShot, job: Job) {
     }
 }
 
-pub(in crate::io) const TRACKER_PROJECT: &str =
+const TRACKER_PROJECT: &str =
     "is a project of the program Tracker; expected its data: export them there (File, Export, Data File)";
-
-/// Returns whether a file is a project of Tracker: XML, or an archive with it.
-pub(in crate::io) fn is_tracker_project(file: &Path, text: &str) -> bool {
-    let is_archive = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("trz"));
-    let is_xml = || text.trim_start().starts_with("<?xml");
-    is_archive || is_xml() && text.contains("org.opensourcephysics.cabrillo.tracker")
-}
-
 const ANY_FORMAT: &str = "a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a \
      section [tracks.columns] in dataset.toml that says which column is what";
 
@@ -106,8 +99,14 @@ fn complain_of_format(headings: &[Heading], job: Job) {
     };
     let is_of_long = matches!(format, Format::Auto | Format::Long);
     let lacking = headings.iter().filter(|_| is_of_long).find_map(lacking).unwrap_or_default();
+    let is_text = !first.contains(|c: char| c.is_control() && !c.is_whitespace());
+    let others = if is_text { "" } else { "; not the film itself, nor a workbook (save its sheet as CSV)" };
     let begin = shortened(first.trim());
-    job.wrong(line, None, format!("no format begins like this, \"{begin}\"{lacking}; expected {expected}"));
+    job.wrong(
+        line,
+        None,
+        format!("no format begins like this, \"{begin}\"{lacking}; expected {expected}{others}"),
+    );
 }
 
 fn lacking(heading: &Heading) -> Option<String> {

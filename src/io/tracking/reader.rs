@@ -18,8 +18,7 @@ const LIKELY: f64 = 0.6;
 
 /// Reads the rows of a file; reports those with a wrong number of cells.
 pub(super) fn read(job: Job, layout: &Layout) -> Vec<RawShot> {
-    let (times, positions, shots) = (Mark::default(), Mark::default(), IndexMap::new());
-    let mut reader = Reader { job, layout, times, positions, clock: None, shots, trackless: None };
+    let mut reader = Reader::new(job, layout);
     let limit = job.problems.len() + MAX_PROBLEMS;
     for (line, text) in lines(job.text).take_while(|_| job.problems.len() < limit) {
         let content = text.trim_start();
@@ -69,7 +68,7 @@ fn with_width<'a>(mut cells: Vec<Cow<'a, str>>, layout: &Layout) -> Result<Vec<C
 }
 
 /// Rows already read, sorted into shots and tracks, and the properties that all cells share.
-struct Reader<'a> {
+pub(super) struct Reader<'a> {
     job: Job<'a>,
     layout: &'a Layout,
     times: Mark,
@@ -78,12 +77,15 @@ struct Reader<'a> {
     clock: Option<(Option<Style>, usize)>,
     /// The shots by their names, with rows in the order of the file.
     shots: IndexMap<String, RawShot>,
-    /// The first row that belongs to no track.
-    trackless: Option<usize>,
 }
 
-impl Reader<'_> {
-    fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body]) {
+impl<'a> Reader<'a> {
+    pub(super) fn new(job: Job<'a>, layout: &'a Layout) -> Self {
+        let (times, positions, shots) = (Mark::default(), Mark::default(), IndexMap::new());
+        Self { job, layout, times, positions, clock: None, shots }
+    }
+
+    pub(super) fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body]) {
         let (job, layout, stem) = (self.job, self.layout, stem(self.job.file));
         let Job { file, problems, .. } = job;
         let at = |column: usize| {
@@ -95,7 +97,6 @@ impl Reader<'_> {
         for (what, column) in [("shot", layout.shot), ("ball", ball)] {
             let Some(cell) = column.map(at).filter(|cell| cell.text.is_empty()) else { continue };
             if what == "ball" && layout.stated.format == Format::Columns {
-                self.trackless.get_or_insert(line);
                 let message = format!("rows that belong to no track ({} is empty): left out", cell.column);
                 return job.note(Subject::Gaps, line, message);
             }
@@ -208,16 +209,14 @@ impl Reader<'_> {
     }
 
     /// Reports properties of all rows; time codes become numbers of frames.
-    fn finish(self) -> Vec<RawShot> {
+    pub(super) fn finish(self) -> Vec<RawShot> {
         let job = self.job;
-        if let (Some(column), Some(first), true) = (self.layout.ball(), self.trackless, self.shots.is_empty())
+        // numbers of JSON have no mark between thousands
+        for mark in
+            [&self.times, &self.positions].into_iter().filter(|_| self.layout.stated.format != Format::Json)
         {
-            let message = "is empty in every row; expected names of tracks, or no ball in [tracks.columns]: both balls are then followed \
-                           from frame to frame";
-            job.wrong(first, self.layout.heading.names[column].as_str(), message);
+            mark.finish(job.file, job.problems);
         }
-        self.times.finish(job.file, job.problems);
-        self.positions.finish(job.file, job.problems);
         if self.positions.is_comma() || self.times.is_comma() {
             job.note(Subject::Format, None, "decimal comma");
         }
