@@ -10,7 +10,7 @@ use super::balls::{self, BallSection, CueSection, Shape};
 use super::toml_file::Source;
 use super::tracking::camera::Camera;
 use super::tracking::settings::{ScaleSection, TrackSettings, TracksSection, VideoSection};
-use crate::measurement::dataset::{Dataset, UNWEIGHED};
+use crate::measurement::dataset::{Dataset, Tracks, UNWEIGHED};
 use crate::measurement::fault::{Condition, Fault, INERTIA};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Prior, Setting, Settings};
@@ -30,8 +30,6 @@ pub(crate) struct Manifest {
     pub(crate) dataset: Dataset,
     pub(crate) kind: Kind,
     pub(crate) files: Vec<PathBuf>,
-    /// The discs of films of them.
-    pub(crate) discs: Option<Discs>,
     pub(crate) assume: StatedSpin,
     pub(crate) tracks: Option<TrackSettings>,
 }
@@ -130,7 +128,12 @@ impl Keys {
         let ball = cue.cue(self.object.as_ref());
         let object = self.object.filter(|_| !is_disc).map(|object| object.object(&cue, ball));
         source.add(&balls::faults(ball, object.map_or(ball, |object| object.ball), inertia));
-        let discs = is_disc.then(|| self.discs());
+        let film = Tracks {
+            discs: is_disc.then(|| self.discs()),
+            tilt_sd: self.table.tilt_sd,
+            topspin_sd: self.cue_spin.topspin_sd,
+            ..Tracks::default()
+        };
         // points on discs show their rotation
         let unstated = if is_disc { StatedSpin::Is(Spin::Unknown) } else { StatedSpin::Unstated };
         let camera = self.camera.map(Camera::section).unwrap_or_default();
@@ -157,9 +160,7 @@ impl Keys {
             camera,
             scale: self.scale,
             tracks: self.tracks,
-            tilt_sd: self.table.tilt_sd,
-            topspin_sd: self.cue_spin.topspin_sd,
-            discs: is_disc,
+            film,
             ..TrackSettings::default()
         };
         Manifest {
@@ -167,7 +168,6 @@ impl Keys {
             kind: self.kind,
             files,
             assume: self.cue_spin.assume.as_deref().and_then(StatedSpin::named).unwrap_or(unstated),
-            discs,
             tracks: (self.kind == Kind::Tracks).then(|| tracks.checked(source)),
         }
     }

@@ -118,17 +118,15 @@ impl<'a> Table<'a> {
         Some(numbers)
     }
 
+    /// Adds a problem in a row or, without one, in the column names.
     pub(crate) fn wrong<'c>(
         &self,
-        row: usize,
+        row: impl Into<Option<usize>>,
         column: impl Into<Option<&'c str>>,
         message: impl Into<String>,
     ) {
-        self.problems.add(&self.path, self.line(row), column, message);
-    }
-
-    pub(crate) fn wrong_name<'c>(&self, column: impl Into<Option<&'c str>>, message: impl Into<String>) {
-        self.problems.add(&self.path, self.header.line, column, message);
+        let line = row.into().map_or(self.header.line, |row| self.line(row));
+        self.problems.add(&self.path, line, column, message);
     }
 
     pub(crate) fn rows(&self) -> std::ops::Range<usize> {
@@ -172,19 +170,19 @@ impl<'a> Table<'a> {
         for name in self.names() {
             let of = name.strip_suffix("_sd").filter(|of| known.contains(of) && !self.has(of));
             if let Some(of) = of {
-                self.wrong_name(name, format!("there is no column {of} that it belongs to"));
+                self.wrong(None, name, format!("there is no column {of} that it belongs to"));
             } else if let Some(meant) = near_miss(name, known, |name| self.has(name)) {
                 let message = format!(
                     "is not a known name, but nearly {meant}; write {meant}, or give a label that is called so another name"
                 );
-                self.wrong_name(name, message);
+                self.wrong(None, name, message);
             }
         }
         for column in required.split(' ') {
             if !self.has(column) {
                 let near = nearest(column, self.names().filter(|name| !known.contains(name)));
                 let near = near.map_or(String::new(), |name| format!("; is \"{name}\" meant to be it?"));
-                self.wrong_name(column, format!("is missing from the column names{near}"));
+                self.wrong(None, column, format!("is missing from the column names{near}"));
                 continue;
             }
             for row in self.rows().filter(|row| self.is_gap(column, *row)) {
@@ -220,7 +218,7 @@ impl<'a> Table<'a> {
         if (1..3).contains(&missing.len()) {
             for column in missing {
                 let message = format!("is missing from the column names; expected all three of {all}");
-                self.wrong_name(column, message);
+                self.wrong(None, column, message);
             }
             return vec![None; self.rows.len()];
         }

@@ -5,7 +5,6 @@ pub(crate) mod camera;
 mod finish;
 mod formats;
 mod heading;
-mod json;
 mod names;
 mod raw;
 mod read;
@@ -17,7 +16,6 @@ mod time;
 mod words;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
@@ -51,9 +49,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
         source.wrong("fit.by", message);
     }
     let notes = Notes::default();
-    let canonical = |path: &PathBuf| fs::canonicalize(path).ok();
-    let of_shots = settings.shots.as_ref().and_then(canonical);
-    let is_shots = |file: &&PathBuf| of_shots.is_some() && canonical(file) == of_shots;
+    let is_shots = |file: &PathBuf| settings.shots.as_ref() == Some(file);
     let files: Vec<&PathBuf> = manifest.files.iter().filter(|file| !is_shots(file)).collect();
     let (mut shots, mut is_motion_capture) = (Vec::new(), true);
     for file in &files {
@@ -89,7 +85,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     if are_whole {
         table.check_names(&names.map(|(name, ..)| name).collect());
     }
-    let mut tracks = Tracks::default();
+    let mut tracks = settings.film.clone();
     shots.retain(|shot| {
         let skip = &table.facts(&shot.name).skip;
         tracks.left_out.extend(skip.iter().map(|reason| (shot.name.clone(), format!("skipped: {reason}"))));
@@ -98,20 +94,13 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     let names = shots.iter().map(|shot| shot.name.as_str());
     table.check_spins(names, StatedSpin::Unstated, path);
     finish_all(shots, &table, &notes, &mut tracks);
-    let unmeasured = tracks.shots.iter().filter(|shot| manifest.discs.is_none() && shot.markers.is_empty());
+    let unmeasured =
+        tracks.shots.iter().filter(|shot| settings.film.discs.is_none() && shot.markers.is_empty());
     table.check_spins(unmeasured.map(|shot| shot.name.as_str()), StatedSpin::Measured, path);
-    Tracks {
-        left_out: tracks.left_out,
-        notes: settings.notes.iter().cloned().chain(notes.into_lines()).chain(table.note).collect(),
-        discs: manifest.discs,
-        camera: settings.camera.values(is_motion_capture),
-        rate_sd: settings.video.capture_fps_sd.zip(settings.fps()).map(|(sd, fps)| sd / fps),
-        tilt_sd: settings.tilt_sd,
-        topspin_sd: settings.topspin_sd,
-        from_balls: settings.from_balls,
-        scale_sd: (!settings.from_balls).then(|| settings.scale.sd.unwrap_or(Tracks::SCALE_SD)),
-        ..Tracks::new(tracks.shots)
-    }
+    tracks.notes.extend(notes.into_lines().into_iter().chain(table.note));
+    tracks.camera = settings.camera.values(is_motion_capture);
+    tracks.fps = tracks.shots.first().map(|shot| shot.fps);
+    tracks
 }
 
 /// Notes the unit of lengths that a file states or lacks; complains if it contradicts dataset.toml.
@@ -235,7 +224,7 @@ impl<'a> ShotsTable<'a> {
                 names: [0, 1, 2, 3].map(|i| names[i].as_ref().unwrap_or(&all.others.names[i]).clone()),
                 capture_fps: rate.or(all.others.capture_fps),
             };
-            if settings.discs && !matches!(facts.spin(), Spin::Stun | Spin::Unknown) {
+            if settings.film.discs.is_some() && !matches!(facts.spin(), Spin::Stun | Spin::Unknown) {
                 let message = "discs do not roll; expected stun (no disc turns before the impact) or unknown: points on the discs \
                                show how they turn";
                 table.wrong(row, "cue_spin", message);
@@ -283,29 +272,20 @@ impl<'a> ShotsTable<'a> {
         for (name, Facts { line, file, .. }) in &self.rows {
             let Some(file) = file else { continue };
             let of_file: Vec<usize> = (0..raw.len()).filter(|i| raw[*i].file.ends_with(file)).collect();
-            let own = of_file.iter().copied().find(|i| raw[*i].name == *name);
-            let message = match (of_file.as_slice(), own) {
-                ([], _) => {
-                    let files = raw.iter().filter_map(|shot| shot.file.file_name()?.to_str());
-                    let near = did_you_mean(file, files);
-                    format!(
-                        "\"{file}\" is not among the files with shots that dataset.toml names under files{near}"
-                    )
-                }
-                (_, Some(shot)) | (&[shot], None) => {
-                    raw[shot].name.clone_from(name);
-                    let Some(line) = named.insert(shot, *line) else { continue };
-                    format!("\"{file}\" is also the file of line {line}; expected each shot once")
-                }
-                (many, None) => {
-                    let names: Vec<&String> = many.iter().map(|i| &raw[*i].name).collect();
-                    let names = listed(&names);
-                    format!(
-                        "\"{file}\" holds no shot \"{name}\"; expected one of its shots under shot: {names}"
-                    )
-                }
-            };
-            self.wrong(*line, "file", message);
+            if of_file.is_empty() {
+                let near = did_you_mean(file, raw.iter().filter_map(|shot| shot.file.file_name()?.to_str()));
+                let message = format!(
+                    "\"{file}\" is not among the files with shots that dataset.toml names under files{near}"
+                );
+                self.wrong(*line, "file", message);
+            }
+            let own = of_file.iter().find(|i| raw[**i].name == *name);
+            let Some(shot) = own.or(of_file.first().filter(|_| of_file.len() == 1)) else { continue };
+            raw[*shot].name.clone_from(name);
+            if let Some(other) = named.insert(*shot, *line) {
+                let message = format!("\"{file}\" is also the file of line {other}; expected each shot once");
+                self.wrong(*line, "file", message);
+            }
         }
     }
 

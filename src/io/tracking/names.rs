@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::Facts;
-use super::raw::{Job, Notes, RawShot, RawTrack, Role, Subject, listed, quoted, sorted, span, stem};
+use super::raw::{Job, Notes, RawShot, RawTrack, Subject, listed, quoted, sorted, span, stem};
 use super::repair::Wrong;
 use super::settings::{NAMED, Names, TrackSettings};
 use crate::io::text::shortened;
@@ -25,8 +25,7 @@ pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], job: Job) -> Result<
     let mut wrong = Vec::new();
     for (which, (key, names)) in NAMED.into_iter().zip(names).enumerate() {
         for (order, name) in names.0.iter().enumerate() {
-            let role = Role { ball: which % 2, is_marker: which > 1, order };
-            if let Err(fault) = assign_one(raw, name, role, [key, &names.shown()], job) {
+            if let Err(fault) = assign_one(raw, name, [which, order], [key, &names.shown()], job) {
                 wrong.push(fault);
                 break;
             }
@@ -39,7 +38,7 @@ pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], job: Job) -> Result<
 fn assign_one(
     raw: &mut RawShot,
     name: &str,
-    role: Role,
+    role: [usize; 2],
     [key, stated]: [&str; 2],
     job: Job,
 ) -> Result<(), Wrong> {
@@ -54,7 +53,7 @@ fn assign_one(
             "there is no track \"{name}\" ([tracks] {key} = {stated}); there are: {}. Expected both balls in one file or \
              shot{}, and their names in [tracks] cue and object",
             listed(&there),
-            if free + role.order < 2 { hint } else { "" }
+            if free + role[1] < 2 { hint } else { "" }
         );
         // other shots may have both balls
         return Err(Wrong { line: *line, message, is_damage: true });
@@ -66,7 +65,7 @@ fn assign_one(
     }
     tracks[i].role = Some(role);
     for point in tracks.iter_mut().filter(|other| other.point.is_some() && other.name == own) {
-        point.role.get_or_insert(Role { is_marker: true, order: 0, ..role });
+        point.role.get_or_insert([role[0] % 2 + 2, 0]);
     }
     Ok(())
 }

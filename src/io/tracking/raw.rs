@@ -100,19 +100,11 @@ pub(super) struct RawTrack {
     pub(crate) point: Option<String>,
     /// Whether x holds the angle of the disc `name`, radians from the file's x axis to its y axis.
     pub(crate) is_angle: bool,
-    pub(crate) role: Option<Role>,
+    /// The key of [`NAMED`] that names it, and its place there; of other points on a named ball the
+    /// key of its markers.
+    pub(crate) role: Option<[usize; 2]>,
     /// In the order of time.
     pub(crate) rows: Vec<Row>,
-}
-
-/// The part of a track in its shot, in the order of the result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Role {
-    /// 0 for the cue ball, 1 for the object ball.
-    pub(crate) ball: usize,
-    /// Whether it is neither the centre nor one of the points whose mean is the centre.
-    pub(crate) is_marker: bool,
-    pub(crate) order: usize,
 }
 
 impl RawTrack {

@@ -8,7 +8,7 @@ use super::heading::Heading;
 use super::raw::{Job, RawShot, RawTrack, Row, Stated, Subject, listed, quoted, stem};
 use super::settings::Format;
 use super::time::count_frames;
-use super::words::{Style, Unit, seconds};
+use super::words::{Clock, Unit, clock};
 use crate::io::text::{self, Mark, Place, lines, name_of, shortened};
 
 /// Number of problems of a file after which reading ends.
@@ -73,8 +73,10 @@ pub(super) struct Reader<'a> {
     layout: &'a Layout,
     times: Mark,
     positions: Mark,
-    /// How the first time is written, with its line: as that of a clock or, `None`, as a number.
-    clock: Option<(Option<Style>, usize)>,
+    /// The mark before the fraction of the first time if it is that of a clock, with its line.
+    clock: Option<(Option<char>, usize)>,
+    /// Largest number of digits of such fractions.
+    digits: usize,
     /// The shots by their names, with rows in the order of the file.
     shots: IndexMap<String, RawShot>,
 }
@@ -82,7 +84,7 @@ pub(super) struct Reader<'a> {
 impl<'a> Reader<'a> {
     pub(super) fn new(job: Job<'a>, layout: &'a Layout) -> Self {
         let (times, positions, shots) = (Mark::default(), Mark::default(), IndexMap::new());
-        Self { job, layout, times, positions, clock: None, shots }
+        Self { job, layout, times, positions, clock: None, digits: 0, shots }
     }
 
     pub(super) fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body]) {
@@ -93,8 +95,7 @@ impl<'a> Reader<'a> {
             Place { file, line, column, text, problems }
         };
         let before = problems.len();
-        let ball = layout.ball();
-        for (what, column) in [("shot", layout.shot), ("ball", ball)] {
+        for (what, column) in [("shot", layout.shot), ("ball", layout.ball)] {
             let Some(cell) = column.map(at).filter(|cell| cell.text.is_empty()) else { continue };
             if what == "ball" && layout.stated.format == Format::Columns {
                 let message = format!("rows that belong to no track ({} is empty): left out", cell.column);
@@ -105,7 +106,8 @@ impl<'a> Reader<'a> {
         let mut time = None;
         if let Some(cell) = layout.time.map(at) {
             time = self.time(cell);
-            let has_position = ball.is_some() || bodies.iter().any(|body| !at(body.xy[0]).text.is_empty());
+            let has_position =
+                layout.ball.is_some() || bodies.iter().any(|body| !at(body.xy[0]).text.is_empty());
             if time.is_none() && has_position && problems.len() == before {
                 cell.wrong("is empty; expected a time, or the number of a frame");
             }
@@ -120,7 +122,7 @@ impl<'a> Reader<'a> {
         let time = time.unwrap_or(rows as f64) + 0.0;
         for body in bodies {
             let row = Row { time, place: self.place(body, at), sd: self.deviations(body, at), line };
-            let name = body.ball.map_or(body.name.as_str(), |column| at(column).text);
+            let name = layout.ball.map_or(body.name.as_str(), |column| at(column).text);
             let point = body.point.map_or(body.part, |column| at(column).text);
             let is_centre = ["", "centre", "center"].iter().any(|word| point.eq_ignore_ascii_case(word));
             let point = (!is_centre).then_some(point);
@@ -147,24 +149,20 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// Reads a time, written as the first one is; of fractions of seconds the most digits count.
+    /// Reads a time, written as the first one is.
     fn time(&mut self, cell: Place) -> Option<f64> {
         let text = shortened(cell.text.trim());
-        let (time, style) = if !cell.text.contains(':') {
+        let (time, mark) = if !cell.text.contains(':') {
             (self.times.number(cell)?, None)
-        } else if let Some((time, style)) = seconds(cell.text) {
-            (time, Some(style))
+        } else if let Some(Clock { seconds, has_colon, digits }) = clock(cell.text) {
+            self.digits = self.digits.max(digits);
+            (seconds, Some(if has_colon { ':' } else { '.' }))
         } else {
             cell.wrong(format!("\"{text}\" is not a time; expected h:mm:ss.fff, h:mm:ss:cs or a number"));
             return None;
         };
-        let (first, at) = self.clock.get_or_insert((style, cell.line));
-        let fractions = (first.as_mut(), style);
-        if let (Some(Style { has_colon: false, digits: most }), Some(Style { has_colon: false, digits })) =
-            fractions
-        {
-            *most = digits.max(*most);
-        } else if *first != style {
+        let (first, at) = *self.clock.get_or_insert((mark, cell.line));
+        if first != mark {
             cell.wrong(format!("\"{text}\" is not written like the time in line {at}"));
             return None;
         }
@@ -222,10 +220,10 @@ impl<'a> Reader<'a> {
         }
         let mut shots: Vec<RawShot> = self.shots.into_values().collect();
         shots.iter_mut().flat_map(|shot| &mut shot.tracks).for_each(RawTrack::sort);
-        if let Some((Some(style), line)) = self.clock {
-            let rounding = Some(1.0 / 10.0_f64.powi(style.digits as i32));
+        if let Some((Some(mark), line)) = self.clock {
+            let rounding = Some(1.0 / 10.0_f64.powi(self.digits as i32));
             let mut stated = Stated { time: Some(Unit::S), rounding, ..self.layout.stated };
-            if style == (Style { has_colon: true, digits: 2 })
+            if (mark, self.digits) == (':', 2)
                 && let Some(rate) = count_frames(&mut shots)
             {
                 let message = format!("times are time codes h:mm:ss:ff with {rate} frames to a second");
@@ -243,7 +241,9 @@ impl<'a> Reader<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     pub(crate) heading: Heading,
+    /// The columns that name the shot and the ball of a row.
     pub(crate) shot: Option<usize>,
+    pub(crate) ball: Option<usize>,
     /// The column of times; `None`: the rows of a shot are counted.
     pub(crate) time: Option<usize>,
     pub(crate) stated: Stated,
@@ -260,10 +260,9 @@ pub(super) struct Body {
     /// those of the heading.
     pub(crate) begin: usize,
     pub(crate) above: usize,
-    /// The name that stands above the rows; otherwise it is in the column `ball`.
+    /// The name, unless the layout has a column of balls.
     pub(crate) name: String,
-    /// The columns that name the ball and the point in a table with a row per ball and frame.
-    pub(crate) ball: Option<usize>,
+    /// The column that names the point in a table with a row per ball and frame.
     pub(crate) point: Option<usize>,
     /// The name of a point that no column names, "marker" or "angle".
     pub(crate) part: &'static str,
@@ -293,7 +292,7 @@ impl Body {
     ) -> Option<Vec<Self>> {
         let of = |key: &str| at(&format!("{begin}{key}"));
         let pair = |one: &str, other: &str| Some([of(one)?, of(other)?]);
-        let part = |part, xy| Self { ball: of("ball"), part, ..Self::new(name, xy) };
+        let part = |part, xy| Self { part, ..Self::new(name, xy) };
         let centre = Self {
             point: of("point"),
             corner: pair("x2", "y2"),
@@ -336,7 +335,7 @@ impl Layout {
             _ => Unit::Frames,
         };
         let stated = Stated { format, unit, time: Some(unit_of_time), ..Stated::default() };
-        Self { heading, shot: None, time: time.map(|(column, _)| column), stated, bodies }
+        Self { heading, shot: None, ball: None, time: time.map(|(column, _)| column), stated, bodies }
     }
 
     /// Returns the bodies of the row in a line.
@@ -344,10 +343,6 @@ impl Layout {
         let begun = &self.bodies[..self.bodies.partition_point(|body| body.begin <= line)];
         let last = begun.chunk_by(|a, b| a.begin == b.begin).next_back();
         last.filter(|bodies| bodies[0].above < line).unwrap_or_default()
-    }
-
-    fn ball(&self) -> Option<usize> {
-        self.bodies.iter().find_map(|body| body.ball)
     }
 
     /// Notes how a file is read, and which of its columns are not.
@@ -360,9 +355,9 @@ impl Layout {
         if !tracks.is_empty() {
             message += &format!(", tracks {tracks}");
         }
-        let others = |body: &Body| [body.ball, body.point, body.likelihood, Some(body.xy[0])];
+        let others = |body: &Body| [body.point, body.likelihood, Some(body.xy[0])];
         let mut read: Vec<usize> = self.bodies.iter().flat_map(Body::lengths).collect();
-        read.extend(self.bodies.iter().flat_map(others).chain([self.shot, self.time]).flatten());
+        read.extend(self.bodies.iter().flat_map(others).chain([self.shot, self.ball, self.time]).flatten());
         let is_passed = |(i, name): &(usize, &String)| {
             !read.contains(i) && !name.is_empty() && !name.starts_with("column ")
         };

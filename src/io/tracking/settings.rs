@@ -10,6 +10,7 @@ use serde::Deserialize;
 use super::camera::{Calibration, CameraSection, NumberOr, OneOrSeveral, Point, homography};
 use super::words::Unit;
 use crate::io::toml_file::Source;
+use crate::measurement::dataset::Tracks;
 use crate::name::worded;
 
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
@@ -140,19 +141,12 @@ pub(crate) struct TrackSettings {
     pub(crate) camera: CameraSection,
     pub(crate) scale: ScaleSection,
     pub(crate) tracks: TracksSection,
-    /// Standard deviation of the slope of the table.
-    pub(crate) tilt_sd: Option<f64>,
-    /// Standard deviation of the topspin that shots share.
-    pub(crate) topspin_sd: Option<f64>,
-    /// Whether the tracks are of discs, whose centres may follow from points on them.
-    pub(crate) discs: bool,
+    /// The films, still without shots.
+    pub(crate) film: Tracks,
     /// Tracks of both balls, and of points on them, in the order of [`NAMED`].
     pub(crate) names: [Names; 4],
     pub(crate) calibration: Calibration,
-    /// Whether the scale is estimated from the size of the balls.
-    pub(crate) from_balls: bool,
     pub(crate) shots: Option<PathBuf>,
-    pub(crate) notes: Vec<String>,
 }
 
 impl TrackSettings {
@@ -186,10 +180,13 @@ impl TrackSettings {
         let seconds = self.video.row_readout_s.or(self.camera.shutter.and_then(NumberOr::number));
         // the balls are the ruler by a statement, or for pixels without another scale
         let is_measured = self.scale.m_per_px.is_some() || has_points;
-        self.from_balls = !self.discs && !is_measured && (self.scale.from.is_some() || is_px);
+        let has_ruler = is_measured || self.film.discs.is_some() || !is_px && self.scale.from.is_none();
+        self.film.from_balls = !has_ruler;
+        self.film.scale_sd = has_ruler.then(|| self.scale.sd.unwrap_or(Tracks::SCALE_SD));
+        self.film.rate_sd = self.video.capture_fps_sd.zip(self.fps()).map(|(sd, fps)| sd / fps);
         let map = (is_px && has_points).then(|| homography(&self.scale.point, is_up)).transpose();
         let map = map.map_err(|message| source.wrong("scale.point.0", message)).ok().flatten();
-        self.notes.extend(map.iter().map(|(_, note)| format!("{}: {note}", source.path.display())));
+        self.film.notes.extend(map.iter().map(|(_, note)| format!("{}: {note}", source.path.display())));
         let per_pixel = (self.scale.m_per_px.unwrap_or(1.0), 1.0);
         self.calibration = Calibration {
             scale: self.scale.length_unit.unwrap_or(Unit::M).metres().unwrap_or(per_pixel),

@@ -275,12 +275,8 @@ pub(super) fn resolution(times: &[f64]) -> f64 {
 fn spacing(times: &[f64], resolution: f64) -> f64 {
     let steps = sorted(times.windows(2).map(|two| two[1] - two[0]));
     let Some(median) = steps.get(steps.len().saturating_sub(1) / 2) else { return f64::NAN };
-    let within = |off: f64| -> Vec<f64> {
-        let limit = 1.02 * resolution + off * median;
-        steps.iter().copied().filter(|step| (step - median).abs() <= limit).collect()
-    };
-    let steady = within(MAX_OFF);
-    let near = if 2 * steady.len() < steps.len() { within(MAX_ROUNDING) } else { steady };
+    let limit = 1.02 * resolution + MAX_OFF * median;
+    let near: Vec<f64> = steps.iter().copied().filter(|step| (step - median).abs() <= limit).collect();
     near.iter().sum::<f64>() / near.len() as f64
 }
 
