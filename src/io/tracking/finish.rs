@@ -1,7 +1,7 @@
 //! From rows to shots: clips, pieces of tracks, balls, times, and positions in metres.
 
 use super::camera::Calibration;
-use super::names::{assign, find, find_discs, number_twins};
+use super::names::{assign, find, find_discs};
 use super::raw::{Job, RawShot, RawTrack, Row, Subject, jump_speed, sorted};
 use super::repair::{self, Wrong, remove_lost};
 use super::settings::TrackSettings;
@@ -135,8 +135,7 @@ fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
     least.map_or([None; 2], |(i, j)| [Some(i), Some(j)])
 }
 
-/// Joins pieces to both balls' tracks, as named or the first: a piece continues the nearer of those
-/// that have ended if a ball may come from there and if the names differ in numbers only.
+/// Joins pieces to both balls' tracks, as named or, if two at most are seen at a time, the first.
 fn join(shot: &mut RawShot, job: Job) {
     let is_plain = |track: &RawTrack| track.point.is_none() && !track.rows.is_empty();
     if shot.tracks.len() < 3 || !shot.tracks.iter().all(is_plain) {
@@ -145,9 +144,11 @@ fn join(shot: &mut RawShot, job: Job) {
     let mut order: Vec<usize> = (0..shot.tracks.len()).collect();
     order.sort_by(|a, b| shot.tracks[*a].rows[0].time.total_cmp(&shot.tracks[*b].rows[0].time));
     let find = |name: &str| find(&shot.tracks, name).ok().flatten();
+    let count = |time: f64| shot.tracks.iter().filter(|track| track.at(time).is_some()).count();
     let heads = match job.settings.single_names().map(|names| names.map(find)) {
         Some([Some(cue), Some(object)]) => [cue, object],
-        _ => [order[0], order[1]],
+        _ if shot.times().into_iter().all(|time| count(time) <= 2) => [order[0], order[1]],
+        _ => return,
     };
     for piece in order.into_iter().filter(|i| !heads.contains(i)) {
         let Some(head) = continued(&shot.tracks, heads, &shot.tracks[piece]) else { continue };
@@ -165,7 +166,8 @@ fn join(shot: &mut RawShot, job: Job) {
     shot.tracks.retain(|track| !track.rows.is_empty());
 }
 
-/// Returns the track that a piece continues: one that has ended, near its beginning.
+/// Returns the track that a piece continues: the nearer of those that have ended, if a ball may come
+/// from there, and if the names differ in numbers only.
 fn continued(tracks: &[RawTrack], heads: [usize; 2], piece: &RawTrack) -> Option<usize> {
     let first = piece.seen().next()?;
     let ended = heads.into_iter().filter_map(|head| {
@@ -175,7 +177,7 @@ fn continued(tracks: &[RawTrack], heads: [usize; 2], piece: &RawTrack) -> Option
     let (head, [distance, time]) = ended.min_by(|a, b| a.1[0].total_cmp(&b.1[0]))?;
     let steps = heads.iter().flat_map(|head| tracks[*head].steps());
     let fastest = steps.map(|[length, time]| length / time).fold(0.0, f64::max);
-    // ids that differ in numbers only: track_1 and track_6
+    // track_1 and track_6
     let words = |name: &str| name.replace(|c: char| c.is_ascii_digit(), "");
     let name = &tracks[head].name;
     let are_ids = words(name) == words(&piece.name) && name.ends_with(|c: char| c.is_ascii_digit());
@@ -190,7 +192,6 @@ const MAX_SKIPPED: usize = 12;
 /// Returns the shot of a file's rows. `Err`: all missing statements, or else the first fault.
 pub(super) fn shot(mut raw: RawShot, mut facts: Facts, job: Job) -> Result<TrackShot, Vec<Wrong>> {
     let settings = job.settings;
-    number_twins(&mut raw.tracks);
     let names_balls = facts.names_balls || settings.tracks.cue.is_some() || settings.tracks.object.is_some();
     if settings.film.discs.is_some() && !names_balls {
         find_discs(&raw, &mut facts, job).map_err(|wrong| vec![wrong])?;

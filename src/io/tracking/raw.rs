@@ -94,8 +94,6 @@ pub(super) struct Stated {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct RawTrack {
     pub(crate) name: String,
-    /// Index of its body in the layout of the file: two may have the same name.
-    pub(crate) body: usize,
     /// Name of a marker on the ball `name`; `None` for its centre.
     pub(crate) point: Option<String>,
     /// Whether x holds the angle of the disc `name`, radians from the file's x axis to its y axis.

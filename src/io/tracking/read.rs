@@ -10,7 +10,7 @@ use super::finish;
 use super::formats::FORMATS;
 use super::heading::{Heading, Rows, TITLES, headings};
 use super::raw::{Job, RawShot, RawTrack, Stated, Subject, stem};
-use super::reader::{self, Body, Layout, Reader};
+use super::reader::{self, Body, Layout, Reader, number_twins};
 use super::settings::{Column, Columns, Format, angle_unit};
 use super::words::{FRAMES, TIMES, Unit, find};
 use crate::io::error::did_you_mean;
@@ -355,7 +355,7 @@ impl File<'_> {
                 }
                 rows.push((self.line(sample), index, [name.clone().into(), t, x, y]));
             }
-            bodies.push(Body { index, ..Body::new(ball_name, [2, 3]) });
+            bodies.push(Body::new(ball_name, [2, 3]));
         }
         let mut stated = Stated { format: Format::Json, unit, time: time.flatten(), ..Stated::default() };
         if let Some(fps) = get_cell(&shot, &FPS).or_else(|| get_cell(root, &FPS)) {
@@ -363,6 +363,7 @@ impl File<'_> {
             let known = known.or_else(|| self.refuse(raw, format!("fps is {fps}, not frames per second")))?;
             stated.fps = Some(known).filter(|_| stated.time == Some(Unit::Frames));
         }
+        number_twins(&mut bodies);
         let heading = Heading::plain(1, 0, None, ["shot", "time", "x", "y"].map(str::to_string).to_vec());
         let layout = Layout { heading, shot: Some(0), ball: None, time: Some(1), stated, bodies };
         let mut reader = Reader::new(self.job, &layout);

@@ -127,13 +127,11 @@ impl<'a> Reader<'a> {
             let is_centre = ["", "centre", "center"].iter().any(|word| point.eq_ignore_ascii_case(word));
             let point = (!is_centre).then_some(point);
             let tracks = &mut self.shots[shot].tracks;
-            let is_it = |known: &RawTrack| {
-                known.body == body.index && known.point.as_deref() == point && known.name == name
-            };
+            let is_it = |known: &RawTrack| known.point.as_deref() == point && known.name == name;
             let track = tracks.iter().position(is_it).unwrap_or_else(|| {
                 let (name, point) = (name.to_string(), point.map(str::to_string));
                 let is_angle = body.angle.is_some();
-                tracks.push(RawTrack { name, body: body.index, point, is_angle, ..RawTrack::default() });
+                tracks.push(RawTrack { name, point, is_angle, ..RawTrack::default() });
                 tracks.len() - 1
             });
             tracks[track].rows.push(row);
@@ -254,8 +252,6 @@ pub(super) struct Layout {
 /// A tracked body, or a point on it, and the columns of its position.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Body {
-    /// Its number among all bodies of the layout.
-    pub(crate) index: usize,
     /// The first line of its title, which ends bodies above, and the line above its rows. Default:
     /// those of the heading.
     pub(crate) begin: usize,
@@ -315,6 +311,18 @@ impl Body {
     }
 }
 
+/// Numbers bodies of the same name, in their order: "A (1)", "A (2)".
+pub(super) fn number_twins(bodies: &mut [Body]) {
+    let mut bodies: Vec<&mut Body> = bodies.iter_mut().filter(|body| body.part.is_empty()).collect();
+    let names: Vec<String> = bodies.iter().map(|body| body.name.clone()).collect();
+    for (i, body) in bodies.iter_mut().enumerate() {
+        let before = names[..i].iter().filter(|name| **name == names[i]).count();
+        if before > 0 || names[i + 1..].contains(&names[i]) {
+            body.name = format!("{} ({})", names[i], before + 1);
+        }
+    }
+}
+
 impl Layout {
     /// Returns the layout of bodies; the flag marks frame numbers. Complains about other units.
     pub(super) fn new(
@@ -324,10 +332,10 @@ impl Layout {
         time: Option<(usize, bool)>,
         job: Job,
     ) -> Self {
-        for (index, body) in bodies.iter_mut().enumerate() {
-            let above = if body.begin == 0 { heading.above } else { body.above };
-            (body.index, body.above) = (index, above);
+        for body in bodies.iter_mut().filter(|body| body.begin == 0) {
+            body.above = heading.above;
         }
+        number_twins(&mut bodies);
         let lengths = bodies.iter().flat_map(Body::lengths);
         let unit = heading.unit(lengths, Unit::M, None, job);
         let unit_of_time = match time {

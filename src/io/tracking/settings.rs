@@ -1,5 +1,6 @@
 //! The sections of dataset.toml for kind = "tracks".
 
+use std::collections::HashMap;
 use std::num::NonZero;
 use std::path::PathBuf;
 
@@ -204,16 +205,16 @@ impl TrackSettings {
     fn name(&mut self, source: &Source) {
         let TracksSection { cue, object, cue_markers, object_markers, .. } = &self.tracks;
         let stated = [cue, object, cue_markers, object_markers];
-        for (i, key) in NAMED.into_iter().enumerate() {
-            let Some(names) = stated[i] else { continue };
+        let mut used: HashMap<&String, &str> = HashMap::new();
+        for (key, names) in NAMED.into_iter().zip(stated) {
+            let Some(names) = names else { continue };
             let wrong = |message: String| source.wrong(&format!("tracks.{key}"), message);
             if !names.are_good() {
                 wrong(format!("{key} is {}; expected names of tracks, each once", names.shown()));
             }
-            for (other, used) in NAMED.iter().zip(stated).take(i) {
-                let mut used = used.iter().flat_map(|used| &used.0);
-                if let Some(both) = used.find(|name| names.0.contains(name)) {
-                    wrong(format!("\"{both}\" is both {other} and {key}; expected different tracks"));
+            for name in &names.0 {
+                if let Some(other) = used.insert(name, key).filter(|other| *other != key) {
+                    wrong(format!("\"{name}\" is both {other} and {key}; expected different tracks"));
                 }
             }
         }
@@ -240,29 +241,25 @@ impl Column {
     }
 }
 
-/// `[tracks.columns]`: the column of each key of [`KEYS`], [`ONE_EACH`] or [`EACH`].
+/// `[tracks.columns]`: the column of each key of [`KEYS`] or [`EACH`].
 pub(super) type Columns = IndexMap<String, Column>;
 
-/// Keys of a table with a row per frame or per ball and frame, and of the latter only.
-const KEYS: [&str; 4] = ["shot", "frame", "t", ANGLE_UNIT];
-const ONE_EACH: [&str; 6] = ["ball", "point", "x_sd", "y_sd", "marker_x", "marker_y"];
+const KEYS: &str = "shot frame t angle_unit ball point x_sd y_sd marker_x marker_y";
 /// Keys of each ball, which follow `cue_` and `object_` in a table with a row per frame. A box has
 /// its other corner in x2 and y2, or its size in width and height.
-const EACH: [&str; 8] = ["x", "y", "x2", "y2", "width", "height", "likelihood", "angle"];
+const EACH: &str = "x y x2 y2 width height likelihood angle";
 const ANGLE_UNIT: &str = "angle_unit";
 const PAIRS: [[&str; 2]; 4] = [["x_sd", "y_sd"], ["marker_x", "marker_y"], ["x2", "y2"], ["width", "height"]];
 
-fn keys() -> impl Iterator<Item = String> {
-    let each = ["", "cue_", "object_"].into_iter().flat_map(|begin| EACH.map(|key| format!("{begin}{key}")));
-    [KEYS.as_slice(), &ONE_EACH].concat().into_iter().map(str::to_string).chain(each)
-}
-
 pub(super) fn schema_of_columns(generator: &mut SchemaGenerator) -> Schema {
     let column = generator.subschema_for::<Column>();
-    let mut properties: IndexMap<String, Schema> = keys().map(|key| (key, column.clone())).collect();
+    let of_each =
+        |begin: &str| -> Vec<String> { EACH.split(' ').map(|key| format!("{begin}{key}")).collect() };
+    let each = ["", "cue_", "object_"];
+    let keys = KEYS.split(' ').map(str::to_owned).chain(each.into_iter().flat_map(of_each));
+    let mut properties: IndexMap<String, Schema> = keys.map(|key| (key, column.clone())).collect();
     let units = json_schema!({ "type": "string", "enum": Unit::Rad.names_alike() });
     properties.insert(ANGLE_UNIT.to_owned(), units);
-    let each = ["", "cue_", "object_"];
     let pairs = each.into_iter().flat_map(|begin| PAIRS.map(|pair| pair.map(|key| format!("{begin}{key}"))));
     let both = pairs.flat_map(|[one, other]| [(one.clone(), [other.clone()]), (other, [one])]);
     let both: IndexMap<String, [String; 1]> = both.collect();

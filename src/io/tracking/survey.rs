@@ -8,7 +8,7 @@ use indexmap::IndexMap;
 use minijinja::{Value as Values, context};
 
 use super::heading::{Heading, Rows, TITLES, headings};
-use super::names::are_two_discs;
+use super::names::groups;
 use super::raw::{Job, Notes, RawShot, RawTrack, quoted, sorted, span};
 use super::read;
 use super::settings::{Column, Columns, Format, TrackSettings};
@@ -99,7 +99,7 @@ impl Survey {
 
     /// Returns whether points keep their distances in two groups, or have angles.
     pub(crate) fn are_discs(&self) -> bool {
-        let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && are_two_discs(shot);
+        let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && groups(&shot.tracks).len() == 2;
         has_angles(&self.columns[0]) || self.shots.iter().any(are_discs)
     }
 
@@ -266,15 +266,12 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
     let of = |wanted: Kind| -> Vec<[usize; 2]> {
         all.iter().filter(|(_, kind)| *kind == wanted).map(|(pair, _)| *pair).collect()
     };
-    let [mut positions, mut markers, spreads] = [Kind::Position, Kind::Marker, Kind::Spread].map(of);
+    let [mut positions, markers, spreads] = [Kind::Position, Kind::Marker, Kind::Spread].map(of);
     if text.starts_with(MOTIVE) {
         // seen from above, z, x and the height y are right-handed as x, y and z are
         for [x, y] in &mut positions {
             [*x, *y] = beside(&names, *x, "z").map_or([*x, *y], |z| [z, *x]);
         }
-    }
-    if positions.is_empty() {
-        positions = std::mem::take(&mut markers);
     }
     let names_balls = |role| find(&names, role).is_some_and(|column| rows.values(column) > 1);
     let (boxes, is_size) = boxes(&names, names_balls(words::BALLS) || names_balls(PERHAPS_BALLS));
