@@ -202,9 +202,6 @@ impl Keys {
         let shown = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let escaped = PathBuf::from(glob::Pattern::escape(&folder.to_string_lossy()));
         let mut files = IndexSet::new();
-        if self.files.is_empty() {
-            source.wrong("files", "files is empty; expected at least one, as in [\"shots.csv\"]");
-        }
         for (place, text) in self.files.iter().enumerate() {
             let wrong = |message: String| source.wrong(&format!("files.{place}"), message);
             match glob::glob(&escaped.join(text).to_string_lossy()) {
@@ -233,19 +230,11 @@ pub(crate) struct FitSection {
     mu_c: Option<SettingSection>,
     kappa: Option<SettingSection>,
     e_slope: Option<SettingSection>,
-    friction: Friction,
+    /// How the friction between the balls depends on their slip: exponential is μ + b exp(−c v).
+    #[schemars(extend("enum" = ["constant", "exponential"]))]
+    friction: Option<String>,
     pub(crate) by: Option<String>,
     pub(crate) loss: Loss,
-}
-
-/// How the friction between the balls depends on their slip.
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-enum Friction {
-    #[default]
-    Constant,
-    /// μ + b exp(−c v).
-    Exponential,
 }
 
 #[derive(Default, Deserialize, JsonSchema)]
@@ -262,7 +251,7 @@ struct SettingSection {
 impl FitSection {
     /// Returns the setting of each parameter; `material_kappa` follows from Poisson's ratio.
     pub(crate) fn settings(&self, material_kappa: f64, source: &Source) -> Settings {
-        let falls = self.friction == Friction::Exponential;
+        let falls = self.friction.as_deref() == Some("exponential");
         let mut settings = Settings { falls, e_falls: self.e_slope.is_some(), ..Settings::default() };
         settings[Parameter::Kappa].initial = material_kappa;
         let Self { mu, mu_s, e, mu_b, mu_c, kappa, e_slope, .. } = self;
@@ -295,18 +284,13 @@ impl SettingSection {
             fixed: self.fixed.is_some(),
             prior: prior.filter(|_| self.fixed.is_none()),
         };
-        let name = parameter.name();
         for fault in setting.faults(parameter) {
             let key = format!("fit.{}", fault.key);
             let written = Some(source.written(&key)).filter(|text| !text.is_empty());
             let value = written.unwrap_or(&fault.value).to_owned();
             // a default may contradict the stated value
-            source.wrong(&format!("{key} fit.{name}.upper"), Fault { value, ..fault }.to_string());
-        }
-        if self.fixed.is_some() && prior.is_some() {
-            let message =
-                format!("{name}: fixed, so that its prior has no effect; expected only one of both");
-            source.wrong(&format!("fit.{name}.prior_mean"), message);
+            let upper = format!("fit.{}.upper", parameter.name());
+            source.wrong(&format!("{key} {upper}"), Fault { value, ..fault }.to_string());
         }
         setting
     }

@@ -253,12 +253,9 @@ impl<'a> Table<'a> {
 
 /// Words for standard deviation, after or before the name of a column.
 const SPREADS: &str = "std sdev stdev stddev std_dev err error sigma unc uncertainty se stderr std_err sd";
-/// Least lengths of a name with one slip of the pen, and with two.
-const ONE_SLIP: usize = 5;
-const TWO_SLIPS: usize = 9;
 
 /// Returns the known name, or its `…_sd`, that a name resembles and the table lacks: by another
-/// word for standard deviation, or one or two slips of the pen in a long name.
+/// word for standard deviation, or by a slip of the pen in five letters, or two in nine.
 pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) -> Option<String> {
     if known.contains(&name.strip_suffix("_sd").unwrap_or(name)) {
         return None;
@@ -271,9 +268,8 @@ pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) 
     let plain = SPREADS.split(' ').find_map(bare).map_or(plain.clone(), |of| format!("{of}_sd"));
     let names = known.iter().flat_map(|name| [(*name).to_owned(), format!("{name}_sd")]);
     let slips = |known: String| {
-        let most = usize::from(known.len() >= ONE_SLIP) + usize::from(known.len() >= TWO_SLIPS);
         let slips = strsim::damerau_levenshtein(&plain, &known);
-        (slips <= most && !has(&known)).then_some((slips, known))
+        (slips <= (2 * known.len() / 9).min(2) && !has(&known)).then_some((slips, known))
     };
     names.filter_map(slips).min().map(|(_, known)| known)
 }

@@ -226,12 +226,6 @@ impl Calibration {
 /// normalised points), and a note on its residuals. `is_up`: the direction of the pixels' y axis.
 pub(super) fn homography(points: &[Point], is_up: Option<bool>) -> Result<(Matrix3<f64>, String), String> {
     let count = points.len();
-    if count < 4 {
-        return Err(format!("{count} points; a homography needs four or more [[scale.point]]"));
-    }
-    if points.iter().flat_map(|point| [point.px, point.m]).flatten().any(|x| !x.is_finite()) {
-        return Err("a [[scale.point]] is not finite; expected numbers".to_string());
-    }
     let map = least_squares(points).ok_or(
         "the [[scale.point]] lie on one line, or all but one do; expected four of which no three are on a line",
     )?;

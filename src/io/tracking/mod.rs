@@ -105,26 +105,27 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
 
 /// Notes the unit of lengths that a file states or lacks; complains if it contradicts dataset.toml.
 fn check_unit(stated: Stated, job: Job) {
-    let message = match (job.settings.scale.length_unit, stated.unit.map(|unit| (unit, unit.name()))) {
-        (None, Some((Unit::Px, _))) => {
-            "its positions are in pixels; expected [scale] length_unit = \"px\"".to_string()
+    let unit = stated.unit.map_or("", Unit::name);
+    match (job.settings.scale.length_unit, stated.unit) {
+        (None, Some(Unit::Px)) => {
+            job.wrong(None, None, "its positions are in pixels; expected [scale] length_unit = \"px\"");
         }
-        (None, Some((_, unit))) => {
-            return job.note(Subject::Format, None, format!("lengths are in {unit}, as the file says"));
+        (None, Some(_)) => {
+            job.note(Subject::Format, None, format!("lengths are in {unit}, as the file says"));
         }
-        (Some(given), Some((unit, name))) if given != unit => {
+        (Some(given), Some(own)) if given != own => {
             let given = given.name();
-            format!(
-                "its positions are in {name}, but [scale] length_unit is \"{given}\"; expected [scale] length_unit = \"{name}\" or none"
-            )
+            let message = format!(
+                "its positions are in {unit}, but [scale] length_unit is \"{given}\"; expected [scale] length_unit = \"{unit}\" or none"
+            );
+            job.wrong(None, None, message);
         }
         (None, None) if stated.format != Format::Long => {
             let message = "lengths are taken as metres ([scale] length_unit is not given)";
-            return job.note(Subject::Format, None, message);
+            job.note(Subject::Format, None, message);
         }
-        _ => return,
-    };
-    job.wrong(None, None, message);
+        _ => {}
+    }
 }
 
 /// Adds the finished shots, on all cores, in order. Damaged ones are left out with a reason; a
@@ -310,13 +311,11 @@ fn names(table: &Table, row: usize, column: &str) -> Option<Names> {
 
 fn skip(table: &Table, row: usize) -> Option<String> {
     let word = table.text("skip", row)?;
-    match word.to_lowercase().as_str() {
-        "true" | "1" | "yes" => Some(table.text("note", row).unwrap_or("skip in the shots table").to_owned()),
-        "false" | "0" | "no" => None,
-        _ => {
-            let message = format!("\"{word}\" is not true or false; expected true, false, 1, 0, yes or no");
-            table.wrong(row, "skip", message);
-            None
-        }
+    let is_one_of = |words: [&str; 3]| words.iter().any(|own| word.eq_ignore_ascii_case(own));
+    let is_skipped = is_one_of(["true", "1", "yes"]);
+    if !is_skipped && !is_one_of(["false", "0", "no"]) {
+        let message = format!("\"{word}\" is not true or false; expected true, false, 1, 0, yes or no");
+        table.wrong(row, "skip", message);
     }
+    is_skipped.then(|| table.text("note", row).unwrap_or("skip in the shots table").to_owned())
 }

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use indexmap::IndexMap;
 
 use super::heading::Heading;
-use super::raw::{Job, RawShot, RawTrack, Row, Stated, Subject, listed, quoted, stem};
+use super::raw::{Job, RawShot, RawTrack, Row, Stated, Subject, listed, stem};
 use super::settings::Format;
 use super::time::count_frames;
 use super::words::{Clock, Unit, clock};
@@ -358,11 +358,6 @@ impl Layout {
         let Heading { names, separator, above, .. } = &self.heading;
         let (format, separator, first) = (self.stated.format.shown(), name_of(*separator), above + 1);
         let mut message = format!("read as {format}, {separator} between cells, rows from line {first} on");
-        let named = self.bodies.iter().filter(|body| body.part.is_empty() && !body.name.is_empty());
-        let tracks = quoted(named.map(|body| &body.name));
-        if !tracks.is_empty() {
-            message += &format!(", tracks {tracks}");
-        }
         let others = |body: &Body| [body.point, body.likelihood, Some(body.xy[0])];
         let mut read: Vec<usize> = self.bodies.iter().flat_map(Body::lengths).collect();
         read.extend(self.bodies.iter().flat_map(others).chain([self.shot, self.ball, self.time]).flatten());

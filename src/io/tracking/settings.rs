@@ -47,27 +47,16 @@ pub(crate) struct ScaleSection {
     pub(super) length_unit: Option<Unit>,
     #[schemars(extend("exclusiveMinimum" = 0))]
     m_per_px: Option<f64>,
-    from: Option<Ruler>,
+    /// Source of the scale if no number states it.
+    #[schemars(extend("enum" = ["balls"]))]
+    from: Option<String>,
     /// Relative standard deviation of the scale.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) sd: Option<f64>,
-    y_axis: Option<YAxis>,
+    #[schemars(extend("enum" = ["up", "down"]))]
+    y_axis: Option<String>,
     #[serde(default)]
     point: Vec<Point>,
-}
-
-/// Source of the scale if no number states it.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-enum Ruler {
-    Balls,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-enum YAxis {
-    Up,
-    Down,
 }
 
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
@@ -176,16 +165,16 @@ impl TrackSettings {
         if let Some(columns) = &self.tracks.columns {
             check_columns(columns, source);
         }
-        let (is_px, has_points) = (self.scale.length_unit == Some(Unit::Px), !self.scale.point.is_empty());
-        let is_up = self.scale.y_axis.map(|axis| axis == YAxis::Up);
+        let (is_px, points) = (self.scale.length_unit == Some(Unit::Px), &self.scale.point);
+        let is_up = self.scale.y_axis.as_ref().map(|axis| axis == "up");
         let seconds = self.video.row_readout_s.or(self.camera.shutter.and_then(NumberOr::number));
         // the balls are the ruler by a statement, or for pixels without another scale
-        let is_measured = self.scale.m_per_px.is_some() || has_points;
+        let is_measured = self.scale.m_per_px.is_some() || !points.is_empty();
         let has_ruler = is_measured || self.film.discs.is_some() || !is_px && self.scale.from.is_none();
         self.film.from_balls = !has_ruler;
         self.film.scale_sd = has_ruler.then(|| self.scale.sd.unwrap_or(Tracks::SCALE_SD));
         self.film.rate_sd = self.video.capture_fps_sd.zip(self.fps()).map(|(sd, fps)| sd / fps);
-        let map = (is_px && has_points).then(|| homography(&self.scale.point, is_up)).transpose();
+        let map = (is_px && points.len() > 3).then(|| homography(points, is_up)).transpose();
         let map = map.map_err(|message| source.wrong("scale.point.0", message)).ok().flatten();
         self.film.notes.extend(map.iter().map(|(_, note)| format!("{}: {note}", source.path.display())));
         let per_pixel = (self.scale.m_per_px.unwrap_or(1.0), 1.0);

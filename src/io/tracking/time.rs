@@ -189,13 +189,11 @@ impl Grid {
         frames.iter().map(|frame| self.times[0] + frame / rate).collect()
     }
 
-    /// Returns whether the typical spacing fits this rate or, of a varying clock, the mean.
+    /// Returns whether the typical spacing fits this rate.
     fn fits(&self, rate: f64) -> bool {
         let count = self.times.len() as f64;
         let slack = (2.0 * self.resolution / (count * self.spacing)).min(0.1);
-        let mean = self.length() / (count - 1.0).max(1.0);
-        let fits = |spacing: f64| (spacing * rate - 1.0).abs() <= MAX_OFF + slack;
-        self.spacing.is_nan() || fits(self.spacing) || fits(mean)
+        self.spacing.is_nan() || (self.spacing * rate - 1.0).abs() <= MAX_OFF + slack
     }
 
     /// Returns the times of the camera at `fps` if those of the file follow `rate`: frame number /
@@ -275,8 +273,12 @@ pub(super) fn resolution(times: &[f64]) -> f64 {
 fn spacing(times: &[f64], resolution: f64) -> f64 {
     let steps = sorted(times.windows(2).map(|two| two[1] - two[0]));
     let Some(median) = steps.get(steps.len().saturating_sub(1) / 2) else { return f64::NAN };
-    let limit = 1.02 * resolution + MAX_OFF * median;
-    let near: Vec<f64> = steps.iter().copied().filter(|step| (step - median).abs() <= limit).collect();
+    let within = |off: f64| -> Vec<f64> {
+        let limit = 1.02 * resolution + off * median;
+        steps.iter().copied().filter(|step| (step - median).abs() <= limit).collect()
+    };
+    let steady = within(MAX_OFF);
+    let near = if 2 * steady.len() < steps.len() { within(MAX_ROUNDING) } else { steady };
     near.iter().sum::<f64>() / near.len() as f64
 }
 
