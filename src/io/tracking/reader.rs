@@ -115,7 +115,12 @@ impl<'a> Reader<'a> {
                 return;
             }
         }
-        let shot = self.shot(layout.shot.map_or(&stem, |column| at(column).text), line);
+        let name = layout.shot.map_or(&*stem, |column| at(column).text);
+        let shot = self.shots.get_index_of(name).unwrap_or_else(|| {
+            let (file, name, stated) = (file.to_path_buf(), name.to_string(), layout.stated);
+            let shot = RawShot { name, file, line, stated, tracks: Vec::new() };
+            self.shots.insert_full(shot.name.clone(), shot).0
+        });
         // without times, rows of a shot are counted
         let rows = self.shots[shot].tracks.first().map_or(0, |track| track.rows.len());
         // −0 is 0
@@ -136,15 +141,6 @@ impl<'a> Reader<'a> {
             });
             tracks[track].rows.push(row);
         }
-    }
-
-    fn shot(&mut self, name: &str, line: usize) -> usize {
-        self.shots.get_index_of(name).unwrap_or_else(|| {
-            let (file, name) = (self.job.file.to_path_buf(), name.to_string());
-            let stated = self.layout.stated;
-            let shot = RawShot { name, file, line, stated, tracks: Vec::new() };
-            self.shots.insert_full(shot.name.clone(), shot).0
-        })
     }
 
     /// Reads a time, written as the first one is.

@@ -183,10 +183,10 @@ impl Survey {
         };
         // a table with a row per frame names the balls by its columns
         let first_column = order.and_then(|[cue, _]| columns.get(&format!("{cue}_x"))).map(Column::shown);
+        let second = first_column.as_ref().filter(|_| order.is_some_and(|[cue, _]| cue != "cue"));
         // names such as cue and object are believed
-        let is_other = order.is_some_and(|[cue, _]| cue != "cue");
-        let is_believed = is_other && first_column.as_ref().is_some_and(|column| column.contains("obj"));
-        let are_exchanged = is_other && first_column.is_some() && !is_believed;
+        let is_believed = second.is_some_and(|column| column.contains("obj"));
+        let are_exchanged = second.is_some() && !is_believed;
         let line = |(key, column): (&String, &Column)| {
             let key = match key.split_once('_') {
                 Some(("cue", rest)) if are_exchanged => &format!("object_{rest}"),
@@ -297,8 +297,7 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
     let is_other = |column: &usize| is_free(column) && ![shot, ball].contains(&Some(*column));
     let frame = frame.filter(is_other);
     let time = time.filter(|column| frame.is_none() && is_other(column));
-    let named_as = |name: &str| names.iter().position(|own| own == name);
-    let count = named_as("n").filter(|_| time.is_none());
+    let count = names.iter().position(|name| name == "n").filter(|_| time.is_none());
     // an angle for each ball, or no column is one of angles
     if angles.len() != positions.len() || begins.len() == 1 && ball.is_none() {
         angles.clear();
@@ -329,8 +328,7 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
             add(&format!("{begin}{y}"), pair.map(|pair| pair[1]));
         }
         add(&format!("{begin}angle"), angles.get(i).copied());
-        let single = || named_as("likelihood").filter(|_| begins.len() == 1);
-        add(&format!("{begin}likelihood"), of("likelihood").or_else(single));
+        add(&format!("{begin}likelihood"), of("likelihood"));
     }
     if angles.iter().any(|column| heading.units[*column].is_none()) {
         let most = angles.iter().map(|column| rows.largest(*column)).fold(0.0, f64::max);
