@@ -248,8 +248,8 @@ pub(super) struct Layout {
 /// A tracked body, or a point on it, and the columns of its position.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Body {
-    /// The first line of its title, which ends bodies above, and the line above its rows. Default:
-    /// those of the heading.
+    /// The first line of its title, which ends bodies above, and the line above its rows, unless that
+    /// is the heading.
     pub(crate) begin: usize,
     pub(crate) above: usize,
     /// The name, unless the layout has a column of balls.
@@ -328,9 +328,6 @@ impl Layout {
         time: Option<(usize, bool)>,
         job: Job,
     ) -> Self {
-        for body in bodies.iter_mut().filter(|body| body.begin == 0) {
-            body.above = heading.above;
-        }
         number_twins(&mut bodies);
         let lengths = bodies.iter().flat_map(Body::lengths);
         let unit = heading.unit(lengths, Unit::M, None, job);
@@ -346,7 +343,7 @@ impl Layout {
     fn bodies_at(&self, line: usize) -> &[Body] {
         let begun = &self.bodies[..self.bodies.partition_point(|body| body.begin <= line)];
         let last = begun.chunk_by(|a, b| a.begin == b.begin).next_back();
-        last.filter(|bodies| bodies[0].above < line).unwrap_or_default()
+        last.filter(|bodies| self.heading.above.max(bodies[0].above) < line).unwrap_or_default()
     }
 
     /// Notes how a file is read, and which of its columns are not.
