@@ -172,7 +172,9 @@ fn continued(tracks: &[RawTrack], heads: [usize; 2], piece: &RawTrack) -> Option
     let first = piece.seen().next()?;
     let ended = heads.into_iter().filter_map(|head| {
         let last = tracks[head].seen().last().filter(|last| last.time < first.time)?;
-        Some((head, last.step(first)))
+        // rows that time has put in order show no end
+        let is_in_order = tracks[head].rows.is_sorted_by_key(|row| row.line);
+        is_in_order.then(|| (head, last.step(first)))
     });
     let (head, [distance, time]) = ended.min_by(|a, b| a.1[0].total_cmp(&b.1[0]))?;
     let steps = heads.iter().flat_map(|head| tracks[*head].steps());
