@@ -191,13 +191,6 @@ impl Job<'_> {
         self.problems.add(self.file, line, column, message);
     }
 
-    /// Notes a position of which one coordinate is missing: it is a gap.
-    pub(super) fn note_half(self, place: [f64; 2], line: usize) {
-        if place[0].is_nan() != place[1].is_nan() {
-            self.note(Subject::Gaps, line, "half a position; taken as a gap");
-        }
-    }
-
     /// Returns the column to be read, and whether it holds numbers of frames: these are preferred
     /// if the frame rate is stated, since they cannot follow a wrong one.
     pub(super) fn frame_or_time<T>(self, frame: Option<T>, time: Option<T>) -> Option<(T, bool)> {

@@ -62,29 +62,25 @@ fn as_written(job: Job) -> Option<Vec<RawShot>> {
     None
 }
 
+/// Reads the rows of a table; times of Qualisys begin at 0, and positions at 0, 0 are its gaps.
 fn by_layout(layout: &Layout, job: Job) -> Vec<RawShot> {
     layout.note(job);
     let mut shots = reader::read(job, layout);
     for shot in shots.iter_mut().filter(|_| layout.stated.format == Format::Qualisys) {
-        begin_at_zero(shot, job);
+        let first = shot.times().first().copied().unwrap_or_default();
+        shot.map_times(|time| time - first);
+        for RawTrack { name, rows, .. } in &mut shot.tracks {
+            for row in rows.iter_mut().filter(|row| row.place == [0.0, 0.0]) {
+                row.lose();
+                job.note(Subject::Gaps, row.line, format!("\"{name}\" is at 0, 0: taken as a gap"));
+            }
+        }
     }
     // no column and no names of columns separate the balls
     if layout.ball.is_none() && layout.bodies.iter().all(|body| body.name.is_empty()) {
         finish::follow(&mut shots, job);
     }
     shots
-}
-
-/// Counts the times of Qualisys from the first row on, and turns positions at 0, 0 into gaps.
-fn begin_at_zero(shot: &mut RawShot, job: Job) {
-    let first = shot.times().first().copied().unwrap_or_default();
-    shot.map_times(|time| time - first);
-    for RawTrack { name, rows, .. } in &mut shot.tracks {
-        for row in rows.iter_mut().filter(|row| row.place == [0.0, 0.0]) {
-            row.lose();
-            job.note(Subject::Gaps, row.line, format!("\"{name}\" is at 0, 0: taken as a gap"));
-        }
-    }
 }
 
 const TRACKER_PROJECT: &str =

@@ -179,13 +179,16 @@ impl<'a> Reader<'a> {
                 (None, None) => own,
             }
         });
-        self.job.note_half(place, at(body.xy[0]).line);
+        let line = at(body.xy[0]).line;
+        if place[0].is_nan() != place[1].is_nan() {
+            self.job.note(Subject::Gaps, line, "half a position; taken as a gap");
+        }
         let likelihood = body.likelihood.and_then(|column| self.positions.beside(at(column)));
         if place[0].is_nan() || likelihood.is_none_or(|likelihood| likelihood >= LIKELY) {
             return place;
         }
         let message = format!("a position of a likelihood below {LIKELY}: taken as a gap");
-        self.job.note(Subject::Gaps, at(body.xy[0]).line, message);
+        self.job.note(Subject::Gaps, line, message);
         [f64::NAN; 2]
     }
 

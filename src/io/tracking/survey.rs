@@ -147,6 +147,13 @@ impl Survey {
 
     /// Returns the extent, its unit if stated or plausible, and the largest balls that fit.
     fn lengths(&self) -> Values {
+        // the longer side of the box about a shot's positions
+        let extent = |shot: &RawShot| {
+            let tracks = shot.tracks.iter().filter(|track| !track.is_angle);
+            let places = tracks.flat_map(RawTrack::seen).map(|row| row.place);
+            let sides = [0, 1].map(|axis| span(places.clone().map(|place| place[axis])));
+            sides.map(|[low, high]| high - low).into_iter().fold(0.0, f64::max)
+        };
         let extent = self.shots.iter().map(extent).fold(0.0, f64::max);
         let closest = |shot: &RawShot| {
             let [one, other] = shot.centres()?;
@@ -208,14 +215,6 @@ impl Survey {
             doubtful => doubtful.iter().map(line).collect::<Vec<String>>(),
         }
     }
-}
-
-/// Returns the longer side of the box about a shot's positions.
-fn extent(shot: &RawShot) -> f64 {
-    let tracks = shot.tracks.iter().filter(|track| !track.is_angle);
-    let places = tracks.flat_map(RawTrack::seen).map(|row| row.place);
-    let sides = [0, 1].map(|axis| span(places.clone().map(|place| place[axis])));
-    sides.map(|[low, high]| high - low).into_iter().fold(0.0, f64::max)
 }
 
 fn has_angles(columns: &Columns) -> bool {

@@ -242,8 +242,12 @@ pub(super) struct Clock {
 }
 
 pub(super) fn clock(cell: &str) -> Option<Clock> {
-    let (time, is_dated) = without_date(cell.trim());
-    let has_colon = !is_dated && !time.contains(['.', ',']);
+    let is_date = |date: &str| date.len() == 10 && date.bytes().filter(u8::is_ascii_digit).count() == 8;
+    let dated = cell.trim().split_once(['T', ' ']).filter(|(date, _)| is_date(date));
+    // without the date and the zone
+    let time = dated.map(|(_, time)| time.split(['Z', '+', '-']).next().unwrap_or(time));
+    let time = time.unwrap_or(cell).trim();
+    let has_colon = dated.is_none() && !time.contains(['.', ',']);
     let (whole, part) = if has_colon {
         time.rsplit_once(':').filter(|(_, part)| (2..=3).contains(&part.len()))?
     } else {
@@ -258,11 +262,4 @@ pub(super) fn clock(cell: &str) -> Option<Clock> {
     let fraction = if part.is_empty() { 0.0 } else { number(part)? };
     let digits = part.len();
     Some(Clock { seconds: whole + fraction / 10.0_f64.powi(digits as i32), has_colon, digits })
-}
-
-/// Returns `2024-05-01T12:00:00Z` without the date and the zone, and whether there was a date.
-fn without_date(cell: &str) -> (&str, bool) {
-    let is_date = |date: &str| date.len() == 10 && date.bytes().filter(u8::is_ascii_digit).count() == 8;
-    let dated = cell.split_once(['T', ' ']).filter(|(date, _)| is_date(date));
-    dated.map_or((cell, false), |(_, time)| (time.split(['Z', '+', '-']).next().unwrap_or(time).trim(), true))
 }
