@@ -8,9 +8,8 @@ use minijinja::context;
 use toml::Value;
 
 use super::error::Problem;
-use super::table::separator;
-use super::text::{beginning, decode, filled_lines, trimmed, without_separator_line};
-use super::tracking::{KNOWN, Survey, TRACKER_PROJECT, is_tracker_project};
+use super::text::{SEPARATORS, beginning, decode, filled_lines, trimmed, without_separator_line};
+use super::tracking::{KNOWN, Survey};
 use crate::words::Sentences;
 
 /// The dataset.toml: a comment behind a tab is aligned, a line behind > is a finding, a key behind
@@ -24,9 +23,6 @@ const ENDINGS: [&[&str]; 2] = [&["csv", "txt", "tsv", "dat"], &["json", "xls", "
 /// Least number of one-frame files that are not tables of shots, and maximum of boxes in each.
 const FRAMES: usize = 10;
 const BOXES: usize = 5;
-/// Least number of rows of a table, and of numbers in each.
-const ROWS: usize = 2;
-const NUMBERS: usize = 2;
 /// Maximum number of lines shown of a table in no known format, and of characters in each.
 const MAX_LINES: usize = 6;
 const MAX_CHARACTERS: usize = 160;
@@ -169,6 +165,12 @@ struct Seen {
     has_spins: bool,
 }
 
+impl Seen {
+    fn is_clear(&self) -> bool {
+        self.kind != "tracks" || self.survey.as_ref().is_some_and(|survey| !survey.is_empty())
+    }
+}
+
 fn refused(file: &Path, message: impl Into<String>) -> Problem {
     Problem { file: file.to_path_buf(), line: None, column: None, message: message.into() }
 }
@@ -214,55 +216,35 @@ fn tables(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
     Err(refused(folder, message))
 }
 
-/// Returns whether a file whose name ends in a number holds boxes: class, x, y, width, height.
+/// Returns whether a file holds boxes of one frame: class, x, y, width, height.
 fn is_frame(file: &Path) -> bool {
-    let name = file.file_stem().unwrap_or_default().to_string_lossy();
     let text = std::fs::read_to_string(file).unwrap_or_default();
-    let are_boxes = text.lines().all(|row| (5..=7).contains(&numbers(row)));
-    name.ends_with(|c: char| c.is_ascii_digit()) && (1..=BOXES).contains(&text.lines().count()) && are_boxes
+    let numbers = |row: &str| row.split_whitespace().filter(|cell| cell.parse::<f64>().is_ok()).count();
+    (1..=BOXES).contains(&text.lines().count()) && text.lines().all(|row| (5..=7).contains(&numbers(row)))
 }
 
-/// Returns whether a text is obviously not a table: it has few rows of numbers.
-fn is_no_table(text: &str) -> bool {
-    text.split(['\n', '\r']).filter(|line| numbers(line) >= NUMBERS).take(ROWS).count() < ROWS
-}
-
-fn numbers(row: &str) -> usize {
-    let cells = row.split([',', ';', '\t', ' ', '|']);
-    cells.filter(|cell| cell.trim_matches('"').parse::<f64>().is_ok()).count()
-}
-
-/// Returns the files of one kind; obviously wrong or empty ones are left out if others remain.
+/// Returns the files of one kind; those that are not understood are left out if others are.
 fn look_at(files: &[PathBuf], found: &mut Vec<String>) -> Result<Vec<Seen>, Problem> {
-    let (mut seen, mut unclear) = (Vec::new(), Vec::new());
-    for file in files {
-        let text = text(file)?;
-        let now = look(file, &text);
-        let is_unclear = match &now {
-            Ok(Seen { survey: Some(survey), .. }) => survey.is_empty(),
-            Ok(now) => now.kind == "tracks" && is_no_table(&text),
-            Err(_) => is_no_table(&text),
-        };
-        if is_unclear { unclear.push((file, now)) } else { seen.push(now?) }
+    let looked: Vec<Result<Seen, Problem>> = files.iter().map(|file| look(file)).collect();
+    let is_clear = |now: &Result<Seen, Problem>| now.as_ref().is_ok_and(Seen::is_clear);
+    if !looked.iter().any(is_clear) {
+        return looked.into_iter().collect();
     }
-    for (file, now) in unclear {
-        if seen.iter().all(|seen| seen.survey.is_none() && seen.kind == "tracks") {
-            seen.push(now?);
-        } else {
+    let mut seen: Vec<Seen> = Vec::new();
+    for (file, now) in files.iter().zip(looked) {
+        if !is_clear(&now) {
             let why = "no table of positions or measurements, or one without rows; left out";
             found.push(format!("{}: {why}.", file.display()));
+            continue;
         }
-    }
-    let what = |seen: &Seen| match (seen.kind, &seen.survey) {
-        ("tracks", None) => "in no known format".to_owned(),
-        (kind, _) => format!("of kind {kind}"),
-    };
-    if let [first, others @ ..] = seen.as_slice()
-        && let Some(other) = others.iter().find(|other| what(other) != what(first))
-    {
-        let (file, own, other_is) = (first.file.display(), what(first), what(other));
-        let message = format!("is {other_is}, but {file} is {own}; expected files of one data set");
-        return Err(refused(&other.file, message));
+        let now = now?;
+        if let Some(Seen { file, kind, .. }) = seen.first().filter(|first| first.kind != now.kind) {
+            let (file, own) = (file.display(), now.kind);
+            let message =
+                format!("is of kind {own}, but {file} is of kind {kind}; expected files of one data set");
+            return Err(refused(&now.file, message));
+        }
+        seen.push(now);
     }
     Ok(seen)
 }
@@ -272,49 +254,43 @@ fn text(file: &Path) -> Result<String, Problem> {
     Ok(decode(&bytes).0.into_owned())
 }
 
-fn look(file: &Path, text: &str) -> Result<Seen, Problem> {
-    let names = header(text);
-    let is_odd = |c: char| c == char::REPLACEMENT_CHARACTER || c.is_control();
-    if is_tracker_project(file, text) {
-        return Err(refused(file, TRACKER_PROJECT));
-    } else if names.iter().all(String::is_empty) {
-        return Err(refused(file, "is empty; expected a table of tracks or measurements"));
-    } else if names.iter().any(|name| name.contains(is_odd)) {
-        let message = "is not text; expected a table of tracks or measurements, not the film itself, nor a workbook (save its sheet \
-                       as CSV)";
-        return Err(refused(file, message));
-    }
+fn look(file: &Path) -> Result<Seen, Problem> {
+    let text = text(file)?;
+    let names = names(&text);
     let has = |name: &str| names.iter().any(|own| own == name);
-    let seen = Seen { file: file.to_path_buf(), kind: "tracks", survey: None, has_spins: false };
-    if has("nx") && has("ny") && has("cue_vx") {
-        return Ok(Seen { kind: "impacts", ..seen });
+    let (kind, survey) = if has("nx") && has("ny") && has("cue_vx") {
+        ("impacts", None)
     } else if has("cut_deg") {
-        return Ok(Seen { kind: "angles", has_spins: has("cue_spin") || has("omega_x"), ..seen });
-    }
-    match Survey::of(file) {
-        Err(problems) if names[0].starts_with(['{', '[']) => {
-            let why = problems.first().map_or(String::new(), |first| first.to_string());
-            let what = "expected a table of tracks or measurements, or an array of shots in JSON";
-            Err(refused(file, format!("cannot be read; {what}\n  {why}")))
+        ("angles", None)
+    } else {
+        let is_odd = |c: char| c == char::REPLACEMENT_CHARACTER || c.is_control() && !c.is_whitespace();
+        let is_text = |line: &str| !line.starts_with(['{', '[', '<']) && !line.contains(is_odd);
+        let survey = Survey::of(file).map_err(|problems| problems.into_iter().next());
+        match survey {
+            Err(Some(problem)) if !names.first().is_some_and(|line| is_text(line)) => return Err(problem),
+            survey => ("tracks", survey.ok()),
         }
-        survey => Ok(Seen { survey: survey.ok(), ..seen }),
-    }
+    };
+    let has_spins = has("cue_spin") || has("omega_x");
+    Ok(Seen { file: file.to_path_buf(), kind, survey, has_spins })
 }
 
 fn is_shots_table(file: &Path) -> bool {
-    let names = header(&text(file).unwrap_or_default());
+    let names = names(&text(file).unwrap_or_default());
     let has = |name: &str| names.iter().any(|own| own == name);
     let is_called_so = file.file_name().is_some_and(|name| name.eq_ignore_ascii_case(SHOTS));
     let has_facts = has("shot") && KNOWN.split(' ').skip(1).any(has);
     is_called_so && has_facts && !["cut_deg", "nx", "x"].into_iter().any(has)
 }
 
-/// Returns the names of the columns in the first line that is not blank or a comment.
-fn header(text: &str) -> Vec<String> {
-    let (text, stated) = without_separator_line(text.into());
+/// Returns the first line that is not blank or a comment, and the cells that it may have.
+fn names(text: &str) -> Vec<String> {
+    let (text, _) = without_separator_line(text.into());
     let mut lines = filled_lines(&text).map(|(_, line)| line);
-    let first = lines.clone().find(|line| !line.trim_start().starts_with('#'));
-    let first = first.or_else(|| lines.next()).unwrap_or_default();
-    let separator = stated.unwrap_or_else(|| separator(first));
-    trimmed(first, Some(separator)).unwrap_or_else(|| vec![first.to_string()])
+    let first = lines.clone().find(|line| !line.trim_start().starts_with('#')).or_else(|| lines.next());
+    let cells = |line: &str| {
+        let cells = SEPARATORS.iter().filter_map(|(separator, _)| trimmed(line, Some(*separator))).flatten();
+        [line.to_owned()].into_iter().chain(cells).collect()
+    };
+    first.map_or(Vec::new(), cells)
 }

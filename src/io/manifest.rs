@@ -10,7 +10,7 @@ use super::balls::{self, BallSection, CueSection, Shape};
 use super::toml_file::Source;
 use super::tracking::camera::Camera;
 use super::tracking::settings::{ScaleSection, TrackSettings, TracksSection, VideoSection};
-use crate::measurement::dataset::{Dataset, UNWEIGHED};
+use crate::measurement::dataset::{Dataset, Tracks, UNWEIGHED};
 use crate::measurement::fault::{Condition, Fault, INERTIA};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Prior, Setting, Settings};
@@ -30,8 +30,6 @@ pub(crate) struct Manifest {
     pub(crate) dataset: Dataset,
     pub(crate) kind: Kind,
     pub(crate) files: Vec<PathBuf>,
-    /// The discs of films of them.
-    pub(crate) discs: Option<Discs>,
     pub(crate) assume: StatedSpin,
     pub(crate) tracks: Option<TrackSettings>,
 }
@@ -130,7 +128,12 @@ impl Keys {
         let ball = cue.cue(self.object.as_ref());
         let object = self.object.filter(|_| !is_disc).map(|object| object.object(&cue, ball));
         source.add(&balls::faults(ball, object.map_or(ball, |object| object.ball), inertia));
-        let discs = is_disc.then(|| self.discs());
+        let film = Tracks {
+            discs: is_disc.then(|| self.discs()),
+            tilt_sd: self.table.tilt_sd,
+            topspin_sd: self.cue_spin.topspin_sd,
+            ..Tracks::default()
+        };
         // points on discs show their rotation
         let unstated = if is_disc { StatedSpin::Is(Spin::Unknown) } else { StatedSpin::Unstated };
         let camera = self.camera.map(Camera::section).unwrap_or_default();
@@ -157,9 +160,7 @@ impl Keys {
             camera,
             scale: self.scale,
             tracks: self.tracks,
-            tilt_sd: self.table.tilt_sd,
-            topspin_sd: self.cue_spin.topspin_sd,
-            discs: is_disc,
+            film,
             ..TrackSettings::default()
         };
         Manifest {
@@ -167,7 +168,6 @@ impl Keys {
             kind: self.kind,
             files,
             assume: self.cue_spin.assume.as_deref().and_then(StatedSpin::named).unwrap_or(unstated),
-            discs,
             tracks: (self.kind == Kind::Tracks).then(|| tracks.checked(source)),
         }
     }
@@ -202,9 +202,6 @@ impl Keys {
         let shown = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let escaped = PathBuf::from(glob::Pattern::escape(&folder.to_string_lossy()));
         let mut files = IndexSet::new();
-        if self.files.is_empty() {
-            source.wrong("files", "files is empty; expected at least one, as in [\"shots.csv\"]");
-        }
         for (place, text) in self.files.iter().enumerate() {
             let wrong = |message: String| source.wrong(&format!("files.{place}"), message);
             match glob::glob(&escaped.join(text).to_string_lossy()) {
@@ -233,19 +230,11 @@ pub(crate) struct FitSection {
     mu_c: Option<SettingSection>,
     kappa: Option<SettingSection>,
     e_slope: Option<SettingSection>,
-    friction: Friction,
+    /// How the friction between the balls depends on their slip: exponential is μ + b exp(−c v).
+    #[schemars(extend("enum" = ["constant", "exponential"]))]
+    friction: Option<String>,
     pub(crate) by: Option<String>,
     pub(crate) loss: Loss,
-}
-
-/// How the friction between the balls depends on their slip.
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-enum Friction {
-    #[default]
-    Constant,
-    /// μ + b exp(−c v).
-    Exponential,
 }
 
 #[derive(Default, Deserialize, JsonSchema)]
@@ -262,7 +251,7 @@ struct SettingSection {
 impl FitSection {
     /// Returns the setting of each parameter; `material_kappa` follows from Poisson's ratio.
     pub(crate) fn settings(&self, material_kappa: f64, source: &Source) -> Settings {
-        let falls = self.friction == Friction::Exponential;
+        let falls = self.friction.as_deref() == Some("exponential");
         let mut settings = Settings { falls, e_falls: self.e_slope.is_some(), ..Settings::default() };
         settings[Parameter::Kappa].initial = material_kappa;
         let Self { mu, mu_s, e, mu_b, mu_c, kappa, e_slope, .. } = self;
@@ -295,18 +284,13 @@ impl SettingSection {
             fixed: self.fixed.is_some(),
             prior: prior.filter(|_| self.fixed.is_none()),
         };
-        let name = parameter.name();
         for fault in setting.faults(parameter) {
             let key = format!("fit.{}", fault.key);
             let written = Some(source.written(&key)).filter(|text| !text.is_empty());
             let value = written.unwrap_or(&fault.value).to_owned();
             // a default may contradict the stated value
-            source.wrong(&format!("{key} fit.{name}.upper"), Fault { value, ..fault }.to_string());
-        }
-        if self.fixed.is_some() && prior.is_some() {
-            let message =
-                format!("{name}: fixed, so that its prior has no effect; expected only one of both");
-            source.wrong(&format!("fit.{name}.prior_mean"), message);
+            let upper = format!("fit.{}.upper", parameter.name());
+            source.wrong(&format!("{key} {upper}"), Fault { value, ..fault }.to_string());
         }
         setting
     }

@@ -118,17 +118,15 @@ impl<'a> Table<'a> {
         Some(numbers)
     }
 
+    /// Adds a problem in a row or, without one, in the column names.
     pub(crate) fn wrong<'c>(
         &self,
-        row: usize,
+        row: impl Into<Option<usize>>,
         column: impl Into<Option<&'c str>>,
         message: impl Into<String>,
     ) {
-        self.problems.add(&self.path, self.line(row), column, message);
-    }
-
-    pub(crate) fn wrong_name<'c>(&self, column: impl Into<Option<&'c str>>, message: impl Into<String>) {
-        self.problems.add(&self.path, self.header.line, column, message);
+        let line = row.into().map_or(self.header.line, |row| self.line(row));
+        self.problems.add(&self.path, line, column, message);
     }
 
     pub(crate) fn rows(&self) -> std::ops::Range<usize> {
@@ -172,19 +170,19 @@ impl<'a> Table<'a> {
         for name in self.names() {
             let of = name.strip_suffix("_sd").filter(|of| known.contains(of) && !self.has(of));
             if let Some(of) = of {
-                self.wrong_name(name, format!("there is no column {of} that it belongs to"));
+                self.wrong(None, name, format!("there is no column {of} that it belongs to"));
             } else if let Some(meant) = near_miss(name, known, |name| self.has(name)) {
                 let message = format!(
                     "is not a known name, but nearly {meant}; write {meant}, or give a label that is called so another name"
                 );
-                self.wrong_name(name, message);
+                self.wrong(None, name, message);
             }
         }
         for column in required.split(' ') {
             if !self.has(column) {
                 let near = nearest(column, self.names().filter(|name| !known.contains(name)));
                 let near = near.map_or(String::new(), |name| format!("; is \"{name}\" meant to be it?"));
-                self.wrong_name(column, format!("is missing from the column names{near}"));
+                self.wrong(None, column, format!("is missing from the column names{near}"));
                 continue;
             }
             for row in self.rows().filter(|row| self.is_gap(column, *row)) {
@@ -220,7 +218,7 @@ impl<'a> Table<'a> {
         if (1..3).contains(&missing.len()) {
             for column in missing {
                 let message = format!("is missing from the column names; expected all three of {all}");
-                self.wrong_name(column, message);
+                self.wrong(None, column, message);
             }
             return vec![None; self.rows.len()];
         }
@@ -255,12 +253,9 @@ impl<'a> Table<'a> {
 
 /// Words for standard deviation, after or before the name of a column.
 const SPREADS: &str = "std sdev stdev stddev std_dev err error sigma unc uncertainty se stderr std_err sd";
-/// Least lengths of a name with one slip of the pen, and with two.
-const ONE_SLIP: usize = 5;
-const TWO_SLIPS: usize = 9;
 
 /// Returns the known name, or its `…_sd`, that a name resembles and the table lacks: by another
-/// word for standard deviation, or one or two slips of the pen in a long name.
+/// word for standard deviation, or by a slip of the pen in five letters, or two in nine.
 pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) -> Option<String> {
     if known.contains(&name.strip_suffix("_sd").unwrap_or(name)) {
         return None;
@@ -273,15 +268,14 @@ pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) 
     let plain = SPREADS.split(' ').find_map(bare).map_or(plain.clone(), |of| format!("{of}_sd"));
     let names = known.iter().flat_map(|name| [(*name).to_owned(), format!("{name}_sd")]);
     let slips = |known: String| {
-        let most = usize::from(known.len() >= ONE_SLIP) + usize::from(known.len() >= TWO_SLIPS);
         let slips = strsim::damerau_levenshtein(&plain, &known);
-        (slips <= most && !has(&known)).then_some((slips, known))
+        (slips <= (2 * known.len() / 9).min(2) && !has(&known)).then_some((slips, known))
     };
     names.filter_map(slips).min().map(|(_, known)| known)
 }
 
 /// Returns the most likely separator: the most frequent one in the line of names.
-pub(crate) fn separator(text: &str) -> char {
+fn separator(text: &str) -> char {
     let names = filled_lines(text).find(|(_, line)| !line.trim_start().starts_with('#'));
     let first = names.map_or("", |(_, line)| line);
     // the last one of equally frequent ones

@@ -61,10 +61,6 @@ impl<Word> NumberOr<Word> {
     pub(super) fn number(self) -> Option<f64> {
         if let Self::Number(number) = self { Some(number) } else { None }
     }
-
-    pub(super) fn word(self) -> Option<Word> {
-        if let Self::Word(word) = self { Some(word) } else { None }
-    }
 }
 
 /// A number or a name, or a list of them.
@@ -139,8 +135,11 @@ impl Camera {
 impl CameraSection {
     fn statements(&self) -> impl Iterator<Item = (&'static Key, Stated)> {
         let [scale, aspect, shear] = [&self.scale, &self.aspect, &self.shear].map(Clone::clone);
-        let words = [self.shutter.and_then(NumberOr::word), self.parallax];
-        let [shutter, parallax] = words.map(|word| word.map(Stated::Word));
+        let shutter = self.shutter.and_then(|shutter| match shutter {
+            NumberOr::Word(word) => Some(Stated::Word(word)),
+            NumberOr::Number(_) => None,
+        });
+        let parallax = self.parallax.map(Stated::Word);
         let all = [scale, aspect, shear, self.perspective.clone(), self.lens.clone(), shutter, parallax];
         KEYS.iter().zip(all).filter_map(|(key, stated)| Some((key, stated?)))
     }
@@ -226,12 +225,6 @@ impl Calibration {
 /// normalised points), and a note on its residuals. `is_up`: the direction of the pixels' y axis.
 pub(super) fn homography(points: &[Point], is_up: Option<bool>) -> Result<(Matrix3<f64>, String), String> {
     let count = points.len();
-    if count < 4 {
-        return Err(format!("{count} points; a homography needs four or more [[scale.point]]"));
-    }
-    if points.iter().flat_map(|point| [point.px, point.m]).flatten().any(|x| !x.is_finite()) {
-        return Err("a [[scale.point]] is not finite; expected numbers".to_string());
-    }
     let map = least_squares(points).ok_or(
         "the [[scale.point]] lie on one line, or all but one do; expected four of which no three are on a line",
     )?;

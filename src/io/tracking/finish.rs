@@ -1,8 +1,8 @@
 //! From rows to shots: clips, pieces of tracks, balls, times, and positions in metres.
 
 use super::camera::Calibration;
-use super::names::{assign, find, find_discs, number_twins};
-use super::raw::{Job, RawShot, RawTrack, Role, Row, Subject, jump_speed, sorted};
+use super::names::{assign, find, find_discs};
+use super::raw::{Job, RawShot, RawTrack, Row, Subject, jump_speed, sorted};
 use super::repair::{self, Wrong, remove_lost};
 use super::settings::TrackSettings;
 use super::words::Unit;
@@ -17,8 +17,7 @@ use crate::numerics::{EXACT, median};
 const MIN_PAUSE_S: f64 = 1.0;
 /// Least number of frames of both balls in a clip.
 const MIN_FRAMES: usize = 6;
-/// Ratio of a ball's speed to the fastest before that noise of short steps explains, and of the
-/// distances of a piece from the ends of both tracks at which it continues the nearer.
+/// Ratio of a ball's speed to the fastest before that noise of short steps explains.
 const CLEAR_RATIO: f64 = 2.0;
 
 /// Returns the shots of a file: positions of lost balls are left out, one shot that is several
@@ -142,12 +141,15 @@ fn join(shot: &mut RawShot, job: Job) {
     if shot.tracks.len() < 3 || !shot.tracks.iter().all(is_plain) {
         return;
     }
-    let begin = |i: &usize| shot.tracks[*i].rows[0].time;
     let mut order: Vec<usize> = (0..shot.tracks.len()).collect();
-    order.sort_by(|a, b| begin(a).total_cmp(&begin(b)));
-    let heads = heads(shot, &order, job.settings);
-    let are_in_order = |heads: &[usize; 2]| heads.iter().all(|head| is_in_order(&shot.tracks[*head]));
-    let Some(heads) = heads.filter(are_in_order) else { return };
+    order.sort_by(|a, b| shot.tracks[*a].rows[0].time.total_cmp(&shot.tracks[*b].rows[0].time));
+    let find = |name: &str| find(&shot.tracks, name).ok().flatten();
+    let count = |time: f64| shot.tracks.iter().filter(|track| track.at(time).is_some()).count();
+    let heads = match job.settings.single_names().map(|names| names.map(find)) {
+        Some([Some(cue), Some(object)]) => [cue, object],
+        _ if shot.times().into_iter().all(|time| count(time) <= 2) => [order[0], order[1]],
+        _ => return,
+    };
     for piece in order.into_iter().filter(|i| !heads.contains(i)) {
         let Some(head) = continued(&shot.tracks, heads, &shot.tracks[piece]) else { continue };
         let piece = std::mem::take(&mut shot.tracks[piece]);
@@ -164,39 +166,24 @@ fn join(shot: &mut RawShot, job: Job) {
     shot.tracks.retain(|track| !track.rows.is_empty());
 }
 
-/// Returns the tracks to which pieces are joined; `order` is that of their starts.
-fn heads(shot: &RawShot, order: &[usize], settings: &TrackSettings) -> Option<[usize; 2]> {
-    let find = |name: &str| find(&shot.tracks, name).ok().flatten();
-    if let Some([Some(cue), Some(object)]) = settings.single_names().map(|names| names.map(find)) {
-        return Some([cue, object]);
-    }
-    let count = |time: f64| shot.tracks.iter().filter(|track| track.at(time).is_some()).count();
-    let are_two = shot.times().into_iter().all(|time| count(time) <= 2);
-    are_two.then(|| [order[0].min(order[1]), order[0].max(order[1])])
-}
-
-fn is_in_order(track: &RawTrack) -> bool {
-    track.rows.windows(2).all(|two| two[0].time < two[1].time && two[0].line <= two[1].line)
-}
-
-/// Returns the track that a piece continues: one that has ended, near its beginning.
+/// Returns the track that a piece continues: the nearer of those that have ended, if a ball may come
+/// from there, and if the names differ in numbers only.
 fn continued(tracks: &[RawTrack], heads: [usize; 2], piece: &RawTrack) -> Option<usize> {
+    // rows that time has put in order show no beginning and no end
+    let is_in_order = |track: &RawTrack| track.rows.is_sorted_by_key(|row| row.line);
     let first = piece.seen().next().filter(|_| is_in_order(piece))?;
-    let end = |head: usize| {
+    let ended = heads.into_iter().filter_map(|head| {
         let last = tracks[head].seen().last().filter(|last| last.time < first.time)?;
-        Some((head, last.step(first)))
-    };
-    let mut ends: Vec<(usize, [f64; 2])> = heads.into_iter().filter_map(end).collect();
-    ends.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
-    let (head, [distance, time]) = *ends.first()?;
-    let is_nearer = ends.get(1).is_none_or(|(_, [far, _])| CLEAR_RATIO * distance < *far);
+        is_in_order(&tracks[head]).then(|| (head, last.step(first)))
+    });
+    let (head, [distance, time]) = ended.min_by(|a, b| a.1[0].total_cmp(&b.1[0]))?;
     let steps = heads.iter().flat_map(|head| tracks[*head].steps());
     let fastest = steps.map(|[length, time]| length / time).fold(0.0, f64::max);
-    // ids that differ in numbers only: track_1 and track_6
+    // track_1 and track_6
     let words = |name: &str| name.replace(|c: char| c.is_ascii_digit(), "");
     let name = &tracks[head].name;
     let are_ids = words(name) == words(&piece.name) && name.ends_with(|c: char| c.is_ascii_digit());
-    (are_ids && is_nearer && distance <= CLEAR_RATIO * fastest * time).then_some(head)
+    (are_ids && distance <= CLEAR_RATIO * fastest * time).then_some(head)
 }
 
 /// Least number of different steps between neighbouring coordinates: fewer fit some grid by chance.
@@ -207,9 +194,8 @@ const MAX_SKIPPED: usize = 12;
 /// Returns the shot of a file's rows. `Err`: all missing statements, or else the first fault.
 pub(super) fn shot(mut raw: RawShot, mut facts: Facts, job: Job) -> Result<TrackShot, Vec<Wrong>> {
     let settings = job.settings;
-    number_twins(&mut raw.tracks);
     let names_balls = facts.names_balls || settings.tracks.cue.is_some() || settings.tracks.object.is_some();
-    if settings.discs && !names_balls {
+    if settings.film.discs.is_some() && !names_balls {
         find_discs(&raw, &mut facts, job).map_err(|wrong| vec![wrong])?;
     }
     if let Err(mut wrong) = assign(&mut raw, &facts.names, job) {
@@ -235,10 +221,8 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
     let fps = fps.map_err(|message| Wrong { line: raw.line, message, is_damage: false })?;
     repair::unite_frames(&mut raw, job)?;
     let mut centres = [0, 1].map(|ball| centre(&mut raw.tracks, ball));
-    let of = |ball: usize, is_marker: bool| {
-        let is_it = move |role: Role| (role.ball, role.is_marker) == (ball, is_marker);
-        raw.tracks.iter().filter(move |track| track.role.is_some_and(is_it))
-    };
+    let of =
+        |key: usize| raw.tracks.iter().filter(move |track| track.role.is_some_and(|role| role[0] == key));
     let step = grid_step(&centres.each_ref()).unwrap_or(0.0);
     repair::remove_repeated_frames(&mut centres, fps, step, job)?;
     let swapped = repair::undo_swaps(&mut centres, job);
@@ -252,11 +236,11 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
     let mut markers: Vec<Marker> = Vec::new();
     for (i, ball) in [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate() {
         let first = markers.len();
-        for track in of(i, true).chain(of(i, false)) {
+        for track in of(i + 2).chain(of(i)) {
             let name = track.point.as_ref().unwrap_or(&track.name).clone();
             markers.push(Marker { ball, name, samples: samples(track, &centres[i], calibration) });
         }
-        if job.settings.discs && of(i, false).next().is_some() {
+        if job.settings.film.discs.is_some() && of(i).next().is_some() {
             let points: Vec<&[Sample]> =
                 markers[first..].iter().map(|marker| marker.samples.as_slice()).collect();
             let damaged = |message| Wrong { line: raw.line, message, is_damage: true };
@@ -283,7 +267,7 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
 
 /// Removes and returns the centre of a ball, or returns the mean of several points, which remain.
 fn centre(tracks: &mut Vec<RawTrack>, ball: usize) -> RawTrack {
-    let is_of = |track: &RawTrack| track.role.is_some_and(|role| role.ball == ball && !role.is_marker);
+    let is_of = |track: &RawTrack| track.role.is_some_and(|role| role[0] == ball);
     let points: Vec<&RawTrack> = tracks.iter().filter(|track| is_of(track)).collect();
     if points.len() < 2 {
         return tracks.extract_if(.., |track| is_of(track)).next().unwrap_or_default();
@@ -315,7 +299,7 @@ fn resolution(centres: &[RawTrack; 2], calibration: &Calibration, job: Job) -> [
     let steps = centres.each_ref().map(|track| step(track).unwrap_or(0.0));
     let coarsest = steps[0].max(steps[1]);
     let (limit, rounded, unit) = match job.settings.scale.length_unit {
-        Some(Unit::Px) if job.settings.from_balls => (COARSE_PX, coarsest, "px"),
+        Some(Unit::Px) if job.settings.film.from_balls => (COARSE_PX, coarsest, "px"),
         _ => (COARSE_STEP, 1e3 * coarsest, "mm"),
     };
     if coarsest > limit {

@@ -4,7 +4,7 @@ use super::heading::{Heading, Rows};
 use super::raw::{Job, Stated, Subject, listed, stem};
 use super::reader::{Body, Layout};
 use super::settings::Format;
-use super::words::{BALLS, Kind, SHOTS, Unit, boxes, find, pairs, seconds};
+use super::words::{BALLS, Kind, SHOTS, Unit, find, pairs};
 use crate::io::table::near_miss;
 use crate::io::text::{Separator, filled_lines, lines, parse, trimmed, value};
 
@@ -44,7 +44,8 @@ fn long(headings: &[Heading], job: Job) -> Option<Layout> {
     let at = |name: &str| heading.at(name).filter(|_| LONG.contains(&name));
     let (shot, time) = (at("shot"), job.frame_or_time(at("frame"), at("t")));
     let bodies = Body::of_keys("", "", |_| None, at)?;
-    Some(Layout { shot, ..Layout::new(Format::Long, heading, bodies, time, job) })
+    let ball = at("ball");
+    Some(Layout { shot, ball, ..Layout::new(Format::Long, heading, bodies, time, job) })
 }
 
 /// Finds exports of Tracker: of one track, or of several beside or below each other.
@@ -63,11 +64,9 @@ fn tracker(headings: &[Heading], job: Job) -> Option<Layout> {
     }
     let is_number = |cell: &str| !cell.is_empty() && value(cell).is_some();
     let is_row = |line: &str| line.split([',', ';', '\t', ' ']).any(is_number);
-    let is_title = |line: &str| are_below || !line.trim_start().starts_with('#');
     let mut bodies: Vec<Body> = Vec::new();
     for (i, header) in heads.into_iter().enumerate() {
-        let above = filled_lines(job.text).take_while(|(line, _)| *line < header);
-        let title = above.filter(|(_, line)| is_title(line)).last();
+        let title = filled_lines(job.text).take_while(|(line, _)| *line < header).last();
         let (begin, title) = title.filter(|(_, line)| i == 0 || !is_row(line)).unwrap_or((header, ""));
         let tracks = if are_below {
             let name = title.trim_matches(|c: char| c.is_whitespace() || "#,;\"".contains(c));
@@ -87,12 +86,10 @@ fn is_tracker(heading: &Heading) -> bool {
     let has_any = |any: &[&str]| any.iter().any(|name| heading.at(name).is_some());
     let is_long = [BALLS, SHOTS].into_iter().any(|role| find(names, role).is_some());
     // other programs write both balls beside each other: X, Y, X 2, Y 2
-    let has_several = names.iter().filter(|name| *name == "x").count() > 1;
-    let begins_with_x = has_several || heading.names.iter().any(|name| name.starts_with('x'));
-    let is_single = begins_with_x && !has_any(&["x2", "x 2", "x_2"]);
+    let are_two = has_any(&["x2", "x 2", "x_2"]);
     let positions = || pairs(names).iter().filter(|(_, kind)| *kind == Kind::Position).count();
     let has_columns = has_any(&["x"]) && has_any(&["y"]) && has_any(&["frame", "t", "time"]);
-    has_columns && !is_long && boxes(names, false).is_empty() && (is_single || positions() == 1)
+    has_columns && !is_long && (!are_two || positions() == 1)
 }
 
 /// Finds the columns of tracks by their names (default: that of the file) above the first one.
@@ -148,29 +145,21 @@ fn is_kinovea_title(line: &str) -> bool {
     line.starts_with("#Kinovea") || line.eq_ignore_ascii_case("#T X Y")
 }
 
-/// Finds sections below a comment with the object's name or, in old versions, below a blank line
-/// after which the time begins again.
+/// Finds sections below a comment with the object's name or, in old versions, below a blank line.
 fn sections(job: Job) -> Layout {
     let mut bodies: Vec<Body> = Vec::new();
     let (mut unnamed, mut is_apart) = (0, true);
-    let mut before: Option<f64> = None;
     for (line, text) in lines(job.text).map(|(line, text)| (line, text.trim())) {
         if text.is_empty() || is_kinovea_title(text) {
-            is_apart = true;
-            continue;
+            // a blank line may follow a name
+            is_apart = bodies.last().is_none_or(|body| body.above + 1 < line);
+        } else if let Some(name) = text.strip_prefix('#') {
+            bodies.push(Body { begin: line, above: line, ..Body::new(name.trim(), [1, 2]) });
+            is_apart = false;
+        } else if std::mem::take(&mut is_apart) {
+            unnamed += 1;
+            bodies.push(Body { begin: line, above: line - 1, ..Body::new(unnamed.to_string(), [1, 2]) });
         }
-        let first = text.split_whitespace().next().unwrap_or_default();
-        let time = seconds(first).map(|(time, _)| time).or_else(|| value(first));
-        let is_earlier = before.zip(time).is_some_and(|(before, time)| before >= time);
-        let name = text.strip_prefix('#').map(|name| name.trim().to_string());
-        if name.is_some() || bodies.is_empty() || is_apart && is_earlier {
-            unnamed += usize::from(name.is_none());
-            let above = line - usize::from(name.is_none());
-            let name = name.unwrap_or_else(|| unnamed.to_string());
-            bodies.push(Body { begin: line, above, ..Body::new(name, [1, 2]) });
-            before = None;
-        }
-        (is_apart, before) = (false, time.or(before));
     }
     let names = ["T", "X", "Y"].map(str::to_string).to_vec();
     let heading = Heading::plain(1, 1, None, names);

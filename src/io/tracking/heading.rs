@@ -53,15 +53,18 @@ pub(super) fn headings(text: &str, count: usize) -> Vec<Heading> {
 impl Heading {
     fn of(lines: &[(usize, &str)], i: usize, separator: char) -> Option<Self> {
         let (line, content) = lines[i];
-        let (titles, below) = (&lines[..i], &lines[i + 1..]);
-        let is_blank = separator == ' ';
-        let separator = if is_blank { blanks(unmarked(content), below.first()) } else { Some(separator) };
-        let own = trimmed(unmarked(content), separator)?;
         let is_comment = content.trim_start().starts_with('#');
-        let own_names = split_all(&own).0.iter().map(|name| name.to_lowercase()).collect();
+        let (titles, below) = (&lines[..i], &lines[i + 1..]);
+        let content = unmarked(content);
+        // single blanks only separate names without further ones
+        let are_blanks = separator == ' ' && (content.starts_with(' ') || content.contains("  "));
+        let separator = (!are_blanks).then_some(separator);
+        let own = trimmed(content, separator)?;
+        let own_names = own.iter().map(|name| split(name).0.to_lowercase()).collect();
         let names = told_apart(own, titles, separator);
         let mut heading = Self { is_comment, own: own_names, ..Self::plain(line, line, separator, names) };
-        (heading.bare, heading.units) = split_all(&heading.names);
+        let bare = heading.names.iter().map(|name| split(name)).map(|(bare, unit)| (bare.to_owned(), unit));
+        (heading.bare, heading.units) = bare.unzip();
         for (line, row) in below.iter().take(MAX_FURTHER_LINES) {
             let Some(row) = heading.further(row) else { break };
             heading.above = *line;
@@ -157,24 +160,15 @@ impl Heading {
     }
 }
 
-/// Returns the separator of names: single blanks if the row below has as many cells.
-fn blanks(names: &str, below: Option<&(usize, &str)>) -> Separator {
-    const SINGLE: Separator = Some(' ');
-    let count = |line: &str| trimmed(line.trim_end(), SINGLE).map_or(0, |cells| cells.len());
-    let fits = below.is_none_or(|(_, row)| count(row) == count(names));
-    if fits && !names.starts_with(' ') && !names.contains("  ") { SINGLE } else { None }
-}
-
 /// Splits `x_mm` into `x` and mm; `None` if the last word is not a unit or does not suit the name.
 fn suffix(name: &str) -> Option<(&str, Unit)> {
     let (bare, word) = name.rsplit_once('_')?;
     let unit = Unit::of(word).filter(|_| !word.is_empty() && !bare.is_empty())?;
     let small = bare.to_lowercase();
-    let begins = |words: &[&str]| words.iter().any(|word| small.starts_with(word));
     let fits = match unit.si() {
         Unit::M => unit != Unit::In && small.contains(['x', 'y']),
-        Unit::S => begins(&["t", "zeit"]),
-        _ => begins(&["ang", "theta", "rot", "phi"]),
+        Unit::S => small.starts_with(['t', 'z']),
+        _ => ["ang", "theta", "rot", "phi"].iter().any(|word| small.starts_with(word)),
     };
     fits.then_some((bare, unit))
 }
@@ -191,41 +185,27 @@ fn split(name: &str) -> (&str, Option<Unit>) {
     bracketed.or_else(|| suffix(plain)).map_or((plain, None), |(bare, unit)| (bare, Some(unit)))
 }
 
-/// Splits names from their units; those that would then be equal are kept whole, x_px beside x_m.
-fn split_all(names: &[String]) -> (Vec<String>, Vec<Option<Unit>>) {
-    let bare: Vec<String> = names.iter().map(|name| split(name).0.to_string()).collect();
-    let (are_equal, were_equal) = (repeated(&bare), repeated(names));
-    let own = names.iter().enumerate().map(|(i, name)| {
-        let (bare, unit) = if are_equal[i] && !were_equal[i] { (name.as_str(), None) } else { split(name) };
-        (bare.to_string(), unit)
-    });
-    own.unzip()
-}
-
 /// Returns names that repeat with the words above them, which may stand above several columns: `x`
 /// below `cue` is `cue x`. An empty name is replaced by the word above it (`Frame#` of TRC files).
-fn told_apart(names: Vec<String>, titles: &[(usize, &str)], separator: Separator) -> Vec<String> {
-    let mut joined = names.clone();
+fn told_apart(mut names: Vec<String>, titles: &[(usize, &str)], separator: Separator) -> Vec<String> {
     for (_, title) in titles.iter().rev().take(MAX_FURTHER_LINES) {
         let Some(title) = trimmed(title, separator) else { break };
-        let repeated = repeated(&joined);
-        let are_repeated = repeated.contains(&true);
-        let (width, is_as_wide) = (joined.len(), joined.len().abs_diff(title.len()) <= 1);
+        let (repeated, is_as_wide) = (repeated(&names), names.len().abs_diff(title.len()) <= 1);
         let mut last = "";
-        for (i, name) in joined.iter_mut().enumerate() {
+        for (i, name) in names.iter_mut().enumerate() {
             let word = title.get(i).map_or("", String::as_str);
             last = if word.is_empty() { last } else { word };
-            if name.is_empty() && (are_repeated || is_as_wide && i + 1 < width && parse(word).is_err()) {
+            if name.is_empty() && is_as_wide {
                 *name = word.to_string();
             } else if repeated[i] && !last.is_empty() {
                 *name = format!("{last} {name}");
             }
         }
-        if !are_repeated {
+        if !repeated.contains(&true) {
             break;
         }
     }
-    if repeated(&joined).contains(&true) { names } else { joined }
+    names
 }
 
 fn repeated(names: &[String]) -> Vec<bool> {

@@ -5,7 +5,6 @@ pub(crate) mod camera;
 mod finish;
 mod formats;
 mod heading;
-mod json;
 mod names;
 mod raw;
 mod read;
@@ -17,7 +16,6 @@ mod time;
 mod words;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
@@ -36,7 +34,6 @@ use crate::measurement::dataset::Tracks;
 use crate::measurement::fault::{FINITE, POSITIVE};
 use crate::measurement::spin::Spin;
 
-pub(super) use read::{TRACKER_PROJECT, is_tracker_project};
 pub(crate) use survey::Survey;
 
 /// Least number of shots that a core gets at a time.
@@ -52,9 +49,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
         source.wrong("fit.by", message);
     }
     let notes = Notes::default();
-    let canonical = |path: &PathBuf| fs::canonicalize(path).ok();
-    let of_shots = settings.shots.as_ref().and_then(canonical);
-    let is_shots = |file: &&PathBuf| of_shots.is_some() && canonical(file) == of_shots;
+    let is_shots = |file: &PathBuf| settings.shots.as_ref() == Some(file);
     let files: Vec<&PathBuf> = manifest.files.iter().filter(|file| !is_shots(file)).collect();
     let (mut shots, mut is_motion_capture) = (Vec::new(), true);
     for file in &files {
@@ -90,7 +85,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     if are_whole {
         table.check_names(&names.map(|(name, ..)| name).collect());
     }
-    let mut tracks = Tracks::default();
+    let mut tracks = settings.film.clone();
     shots.retain(|shot| {
         let skip = &table.facts(&shot.name).skip;
         tracks.left_out.extend(skip.iter().map(|reason| (shot.name.clone(), format!("skipped: {reason}"))));
@@ -99,44 +94,38 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     let names = shots.iter().map(|shot| shot.name.as_str());
     table.check_spins(names, StatedSpin::Unstated, path);
     finish_all(shots, &table, &notes, &mut tracks);
-    let unmeasured = tracks.shots.iter().filter(|shot| manifest.discs.is_none() && shot.markers.is_empty());
+    let unmeasured =
+        tracks.shots.iter().filter(|shot| settings.film.discs.is_none() && shot.markers.is_empty());
     table.check_spins(unmeasured.map(|shot| shot.name.as_str()), StatedSpin::Measured, path);
-    Tracks {
-        left_out: tracks.left_out,
-        notes: settings.notes.iter().cloned().chain(notes.into_lines()).chain(table.note).collect(),
-        discs: manifest.discs,
-        camera: settings.camera.values(is_motion_capture),
-        rate_sd: settings.video.capture_fps_sd.zip(settings.fps()).map(|(sd, fps)| sd / fps),
-        tilt_sd: settings.tilt_sd,
-        topspin_sd: settings.topspin_sd,
-        from_balls: settings.from_balls,
-        scale_sd: (!settings.from_balls).then(|| settings.scale.sd.unwrap_or(Tracks::SCALE_SD)),
-        ..Tracks::new(tracks.shots)
-    }
+    tracks.notes.extend(notes.into_lines().into_iter().chain(table.note));
+    tracks.camera = settings.camera.values(is_motion_capture);
+    tracks.fps = tracks.shots.first().map(|shot| shot.fps);
+    tracks
 }
 
 /// Notes the unit of lengths that a file states or lacks; complains if it contradicts dataset.toml.
 fn check_unit(stated: Stated, job: Job) {
-    let message = match (job.settings.scale.length_unit, stated.unit.map(|unit| (unit, unit.name()))) {
-        (None, Some((Unit::Px, _))) => {
-            "its positions are in pixels; expected [scale] length_unit = \"px\"".to_string()
+    let unit = stated.unit.map_or("", Unit::name);
+    match (job.settings.scale.length_unit, stated.unit) {
+        (None, Some(Unit::Px)) => {
+            job.wrong(None, None, "its positions are in pixels; expected [scale] length_unit = \"px\"");
         }
-        (None, Some((_, unit))) => {
-            return job.note(Subject::Format, None, format!("lengths are in {unit}, as the file says"));
+        (None, Some(_)) => {
+            job.note(Subject::Format, None, format!("lengths are in {unit}, as the file says"));
         }
-        (Some(given), Some((unit, name))) if given != unit => {
+        (Some(given), Some(own)) if given != own => {
             let given = given.name();
-            format!(
-                "its positions are in {name}, but [scale] length_unit is \"{given}\"; expected [scale] length_unit = \"{name}\" or none"
-            )
+            let message = format!(
+                "its positions are in {unit}, but [scale] length_unit is \"{given}\"; expected [scale] length_unit = \"{unit}\" or none"
+            );
+            job.wrong(None, None, message);
         }
         (None, None) if stated.format != Format::Long => {
             let message = "lengths are taken as metres ([scale] length_unit is not given)";
-            return job.note(Subject::Format, None, message);
+            job.note(Subject::Format, None, message);
         }
-        _ => return,
-    };
-    job.wrong(None, None, message);
+        _ => {}
+    }
 }
 
 /// Adds the finished shots, on all cores, in order. Damaged ones are left out with a reason; a
@@ -236,7 +225,7 @@ impl<'a> ShotsTable<'a> {
                 names: [0, 1, 2, 3].map(|i| names[i].as_ref().unwrap_or(&all.others.names[i]).clone()),
                 capture_fps: rate.or(all.others.capture_fps),
             };
-            if settings.discs && !matches!(facts.spin(), Spin::Stun | Spin::Unknown) {
+            if settings.film.discs.is_some() && !matches!(facts.spin(), Spin::Stun | Spin::Unknown) {
                 let message = "discs do not roll; expected stun (no disc turns before the impact) or unknown: points on the discs \
                                show how they turn";
                 table.wrong(row, "cue_spin", message);
@@ -284,29 +273,20 @@ impl<'a> ShotsTable<'a> {
         for (name, Facts { line, file, .. }) in &self.rows {
             let Some(file) = file else { continue };
             let of_file: Vec<usize> = (0..raw.len()).filter(|i| raw[*i].file.ends_with(file)).collect();
-            let own = of_file.iter().copied().find(|i| raw[*i].name == *name);
-            let message = match (of_file.as_slice(), own) {
-                ([], _) => {
-                    let files = raw.iter().filter_map(|shot| shot.file.file_name()?.to_str());
-                    let near = did_you_mean(file, files);
-                    format!(
-                        "\"{file}\" is not among the files with shots that dataset.toml names under files{near}"
-                    )
-                }
-                (_, Some(shot)) | (&[shot], None) => {
-                    raw[shot].name.clone_from(name);
-                    let Some(line) = named.insert(shot, *line) else { continue };
-                    format!("\"{file}\" is also the file of line {line}; expected each shot once")
-                }
-                (many, None) => {
-                    let names: Vec<&String> = many.iter().map(|i| &raw[*i].name).collect();
-                    let names = listed(&names);
-                    format!(
-                        "\"{file}\" holds no shot \"{name}\"; expected one of its shots under shot: {names}"
-                    )
-                }
-            };
-            self.wrong(*line, "file", message);
+            if of_file.is_empty() {
+                let near = did_you_mean(file, raw.iter().filter_map(|shot| shot.file.file_name()?.to_str()));
+                let message = format!(
+                    "\"{file}\" is not among the files with shots that dataset.toml names under files{near}"
+                );
+                self.wrong(*line, "file", message);
+            }
+            let own = of_file.iter().find(|i| raw[**i].name == *name);
+            let Some(shot) = own.or(of_file.first().filter(|_| of_file.len() == 1)) else { continue };
+            raw[*shot].name.clone_from(name);
+            if let Some(other) = named.insert(*shot, *line) {
+                let message = format!("\"{file}\" is also the file of line {other}; expected each shot once");
+                self.wrong(*line, "file", message);
+            }
         }
     }
 
@@ -331,13 +311,11 @@ fn names(table: &Table, row: usize, column: &str) -> Option<Names> {
 
 fn skip(table: &Table, row: usize) -> Option<String> {
     let word = table.text("skip", row)?;
-    match word.to_lowercase().as_str() {
-        "true" | "1" | "yes" => Some(table.text("note", row).unwrap_or("skip in the shots table").to_owned()),
-        "false" | "0" | "no" => None,
-        _ => {
-            let message = format!("\"{word}\" is not true or false; expected true, false, 1, 0, yes or no");
-            table.wrong(row, "skip", message);
-            None
-        }
+    let is_one_of = |words: [&str; 3]| words.iter().any(|own| word.eq_ignore_ascii_case(own));
+    let is_skipped = is_one_of(["true", "1", "yes"]);
+    if !is_skipped && !is_one_of(["false", "0", "no"]) {
+        let message = format!("\"{word}\" is not true or false; expected true, false, 1, 0, yes or no");
+        table.wrong(row, "skip", message);
     }
+    is_skipped.then(|| table.text("note", row).unwrap_or("skip in the shots table").to_owned())
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::Facts;
-use super::raw::{Job, Notes, RawShot, RawTrack, Role, Subject, listed, quoted, sorted, span, stem};
+use super::raw::{Job, Notes, RawShot, RawTrack, Subject, listed, quoted, sorted, span, stem};
 use super::repair::Wrong;
 use super::settings::{NAMED, Names, TrackSettings};
 use crate::io::text::shortened;
@@ -22,65 +22,45 @@ const MAX_INEQUALITY: f64 = 0.1;
 /// Marks the tracks of both balls and of the points on them, by names in the order of [`NAMED`].
 /// `Err`: the first name under each key that is not that of one track.
 pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], job: Job) -> Result<(), Vec<Wrong>> {
+    let RawShot { tracks, line, .. } = raw;
     let mut wrong = Vec::new();
     for (which, (key, names)) in NAMED.into_iter().zip(names).enumerate() {
         for (order, name) in names.0.iter().enumerate() {
-            let role = Role { ball: which % 2, is_marker: which > 1, order };
-            if let Err(fault) = assign_one(raw, name, role, [key, &names.shown()], job) {
-                wrong.push(fault);
-                break;
+            let found = find(tracks, name).map_err(|message| (message, false));
+            let missing = || missing(tracks, name, &format!("{key} = {}", names.shown()), order);
+            let i = match found.and_then(|found| found.ok_or_else(|| (missing(), true))) {
+                Ok(i) => i,
+                Err((message, is_damage)) => {
+                    wrong.push(Wrong { line: *line, message, is_damage });
+                    break;
+                }
+            };
+            let own = tracks[i].name.clone();
+            if own != *name {
+                let message = format!("the track \"{own}\" is [tracks] {key} = \"{name}\"");
+                job.note(Subject::Names, tracks[i].line(), message);
+            }
+            tracks[i].role = Some([which, order]);
+            for point in tracks.iter_mut().filter(|other| other.point.is_some() && other.name == own) {
+                point.role.get_or_insert([which % 2 + 2, 0]);
             }
         }
     }
     if wrong.is_empty() { Ok(()) } else { Err(wrong) }
 }
 
-/// Gives a role to the track of a name, which is one of those `stated` under a key.
-fn assign_one(
-    raw: &mut RawShot,
-    name: &str,
-    role: Role,
-    [key, stated]: [&str; 2],
-    job: Job,
-) -> Result<(), Wrong> {
-    let RawShot { tracks, line, .. } = raw;
-    let Some(i) = find(tracks, name).map_err(|message| Wrong { line: *line, message, is_damage: false })?
-    else {
-        let mut there: Vec<String> = tracks.iter().map(|track| shortened(&track.name)).collect();
-        there.dedup();
-        let free = tracks.iter().filter(|track| track.role.is_none()).count();
-        let hint = " (one file a ball: their names differ by the ball only, as in kick-A.txt and kick-B.txt)";
-        let message = format!(
-            "there is no track \"{name}\" ([tracks] {key} = {stated}); there are: {}. Expected both balls in one file or \
-             shot{}, and their names in [tracks] cue and object",
-            listed(&there),
-            if free + role.order < 2 { hint } else { "" }
-        );
-        // other shots may have both balls
-        return Err(Wrong { line: *line, message, is_damage: true });
-    };
-    let own = tracks[i].name.clone();
-    if own != *name {
-        let message = format!("the track \"{own}\" is [tracks] {key} = \"{name}\"");
-        job.note(Subject::Names, tracks[i].line(), message);
-    }
-    tracks[i].role = Some(role);
-    for point in tracks.iter_mut().filter(|other| other.point.is_some() && other.name == own) {
-        point.role.get_or_insert(Role { is_marker: true, order: 0, ..role });
-    }
-    Ok(())
-}
-
-/// Numbers tracks of the same name, in their order: "A (1)", "A (2)".
-pub(super) fn number_twins(tracks: &mut [RawTrack]) {
-    let mut bodies: Vec<&mut RawTrack> = tracks.iter_mut().filter(|track| track.point.is_none()).collect();
-    let names: Vec<String> = bodies.iter().map(|track| track.name.clone()).collect();
-    for (i, track) in bodies.iter_mut().enumerate() {
-        let before = names[..i].iter().filter(|name| **name == names[i]).count();
-        if before > 0 || names[i + 1..].contains(&names[i]) {
-            track.name = format!("{} ({})", names[i], before + 1);
-        }
-    }
+/// Says that a track is missing; other shots may have both balls.
+fn missing(tracks: &[RawTrack], name: &str, stated: &str, order: usize) -> String {
+    let mut there: Vec<String> = tracks.iter().map(|track| shortened(&track.name)).collect();
+    there.dedup();
+    let free = tracks.iter().filter(|track| track.role.is_none()).count();
+    let hint = " (one file a ball: their names differ by the ball only, as in kick-A.txt and kick-B.txt)";
+    format!(
+        "there is no track \"{name}\" ([tracks] {stated}); there are: {}. Expected both balls in one file or \
+         shot{}, and their names in [tracks] cue and object",
+        listed(&there),
+        if free + order < 2 { hint } else { "" }
+    )
 }
 
 fn last_word(name: &str) -> &str {
@@ -253,12 +233,8 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(
     Ok(())
 }
 
-pub(super) fn are_two_discs(shot: &RawShot) -> bool {
-    groups(&shot.tracks).len() == 2
-}
-
 /// Returns the groups of three or more points that keep their distances, the most rigid first.
-fn groups(points: &[RawTrack]) -> Vec<Vec<usize>> {
+pub(super) fn groups(points: &[RawTrack]) -> Vec<Vec<usize>> {
     let count = points.len();
     let pairs = (0..count).flat_map(|i| (0..i).map(move |j| (i, j)));
     let mut rigid: Vec<(f64, usize, usize)> =

@@ -94,25 +94,15 @@ pub(super) struct Stated {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct RawTrack {
     pub(crate) name: String,
-    /// Index of its body in the layout of the file: two may have the same name.
-    pub(crate) body: usize,
     /// Name of a marker on the ball `name`; `None` for its centre.
     pub(crate) point: Option<String>,
     /// Whether x holds the angle of the disc `name`, radians from the file's x axis to its y axis.
     pub(crate) is_angle: bool,
-    pub(crate) role: Option<Role>,
+    /// The key of [`NAMED`] that names it, and its place there; of other points on a named ball the
+    /// key of its markers.
+    pub(crate) role: Option<[usize; 2]>,
     /// In the order of time.
     pub(crate) rows: Vec<Row>,
-}
-
-/// The part of a track in its shot, in the order of the result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Role {
-    /// 0 for the cue ball, 1 for the object ball.
-    pub(crate) ball: usize,
-    /// Whether it is neither the centre nor one of the points whose mean is the centre.
-    pub(crate) is_marker: bool,
-    pub(crate) order: usize,
 }
 
 impl RawTrack {
@@ -199,13 +189,6 @@ impl Job<'_> {
         message: impl Into<String>,
     ) {
         self.problems.add(self.file, line, column, message);
-    }
-
-    /// Notes a position of which one coordinate is missing: it is a gap.
-    pub(super) fn note_half(self, place: [f64; 2], line: usize) {
-        if place[0].is_nan() != place[1].is_nan() {
-            self.note(Subject::Gaps, line, "half a position; taken as a gap");
-        }
     }
 
     /// Returns the column to be read, and whether it holds numbers of frames: these are preferred

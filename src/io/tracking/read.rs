@@ -1,17 +1,21 @@
-//! Recognition of a file's format by its content.
+//! Recognition of a file's format by its content, and the reading of JSON.
 
+use std::borrow::Cow;
 use std::fs;
-use std::path::Path;
 
+use indexmap::IndexMap;
+use serde_json::value::RawValue;
+
+use super::finish;
 use super::formats::FORMATS;
 use super::heading::{Heading, Rows, TITLES, headings};
-use super::raw::{Job, RawShot, RawTrack, Subject};
-use super::reader::{self, Body, Layout};
+use super::raw::{Job, RawShot, RawTrack, Stated, Subject, stem};
+use super::reader::{self, Body, Layout, Reader, number_twins};
 use super::settings::{Column, Columns, Format, angle_unit};
 use super::words::{FRAMES, TIMES, Unit, find};
-use super::{finish, json};
 use crate::io::error::did_you_mean;
 use crate::io::text::{decode, filled_lines, shortened, value, without_separator_line};
+use crate::measurement::number::count_of;
 
 /// Returns the shots of a file, with clips separated and pieces of tracks joined. `alone`: the
 /// names of clips are their numbers, without the file's name.
@@ -24,7 +28,9 @@ pub(super) fn file(job: Job, alone: bool) -> Option<Vec<RawShot>> {
         job.note(Subject::Format, line, message);
     }
     let (text, _) = without_separator_line(text);
-    if is_tracker_project(job.file, &text) {
+    let is_archive = job.file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("trz"));
+    let is_xml = text.trim_start().starts_with("<?xml");
+    if is_archive || is_xml && text.contains("org.opensourcephysics.cabrillo.tracker") {
         job.wrong(None, None, TRACKER_PROJECT);
         return None;
     }
@@ -39,8 +45,8 @@ fn as_written(job: Job) -> Option<Vec<RawShot>> {
     if let Some(columns) = &settings.tracks.columns {
         return Some(by_layout(&by_columns(job, columns)?, job));
     }
-    if wanted(Format::Json) && json::detect(job.text) {
-        return json::read(job);
+    if wanted(Format::Json) && is_json(job.text) {
+        return read_json(job);
     }
     let before = job.problems.len();
     let headings = headings(job.text, TITLES);
@@ -56,42 +62,29 @@ fn as_written(job: Job) -> Option<Vec<RawShot>> {
     None
 }
 
+/// Reads the rows of a table; times of Qualisys begin at 0, and positions at 0, 0 are its gaps.
 fn by_layout(layout: &Layout, job: Job) -> Vec<RawShot> {
     layout.note(job);
     let mut shots = reader::read(job, layout);
     for shot in shots.iter_mut().filter(|_| layout.stated.format == Format::Qualisys) {
-        begin_at_zero(shot, job);
+        let first = shot.times().first().copied().unwrap_or_default();
+        shot.map_times(|time| time - first);
+        for RawTrack { name, rows, .. } in &mut shot.tracks {
+            for row in rows.iter_mut().filter(|row| row.place == [0.0, 0.0]) {
+                row.lose();
+                job.note(Subject::Gaps, row.line, format!("\"{name}\" is at 0, 0: taken as a gap"));
+            }
+        }
     }
     // no column and no names of columns separate the balls
-    let is_unnamed = |body: &Body| body.ball.is_none() && body.name.is_empty();
-    if layout.stated.format == Format::Columns && layout.bodies.iter().all(is_unnamed) {
+    if layout.ball.is_none() && layout.bodies.iter().all(|body| body.name.is_empty()) {
         finish::follow(&mut shots, job);
     }
     shots
 }
 
-/// Counts the times of Qualisys from the first row on, and turns positions at 0, 0 into gaps.
-fn begin_at_zero(shot: &mut RawShot, job: Job) {
-    let first = shot.times().first().copied().unwrap_or_default();
-    shot.map_times(|time| time - first);
-    for RawTrack { name, rows, .. } in &mut shot.tracks {
-        for row in rows.iter_mut().filter(|row| row.place == [0.0, 0.0]) {
-            row.lose();
-            job.note(Subject::Gaps, row.line, format!("\"{name}\" is at 0, 0: taken as a gap"));
-        }
-    }
-}
-
-pub(in crate::io) const TRACKER_PROJECT: &str =
+const TRACKER_PROJECT: &str =
     "is a project of the program Tracker; expected its data: export them there (File, Export, Data File)";
-
-/// Returns whether a file is a project of Tracker: XML, or an archive with it.
-pub(in crate::io) fn is_tracker_project(file: &Path, text: &str) -> bool {
-    let is_archive = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("trz"));
-    let is_xml = || text.trim_start().starts_with("<?xml");
-    is_archive || is_xml() && text.contains("org.opensourcephysics.cabrillo.tracker")
-}
-
 const ANY_FORMAT: &str = "a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a \
      section [tracks.columns] in dataset.toml that says which column is what";
 
@@ -106,8 +99,14 @@ fn complain_of_format(headings: &[Heading], job: Job) {
     };
     let is_of_long = matches!(format, Format::Auto | Format::Long);
     let lacking = headings.iter().filter(|_| is_of_long).find_map(lacking).unwrap_or_default();
+    let is_text = !first.contains(|c: char| c.is_control() && !c.is_whitespace());
+    let others = if is_text { "" } else { "; not the film itself, nor a workbook (save its sheet as CSV)" };
     let begin = shortened(first.trim());
-    job.wrong(line, None, format!("no format begins like this, \"{begin}\"{lacking}; expected {expected}"));
+    job.wrong(
+        line,
+        None,
+        format!("no format begins like this, \"{begin}\"{lacking}; expected {expected}{others}"),
+    );
 }
 
 fn lacking(heading: &Heading) -> Option<String> {
@@ -150,7 +149,7 @@ fn by_columns(job: Job, wanted: &Columns) -> Option<Layout> {
         let message = "no column of times: every row is taken as one frame after the row above it";
         job.note(Subject::Clock, None, message);
     }
-    Some(Layout { shot, ..Layout::new(Format::Columns, heading, bodies, time, job) })
+    Some(Layout { shot, ball: column("ball"), ..Layout::new(Format::Columns, heading, bodies, time, job) })
 }
 
 /// Returns the column of frame numbers (flag) or times that [tracks.columns] does not name: by its
@@ -223,4 +222,164 @@ fn numbered(job: Job, wanted: &Columns) -> Option<Heading> {
     let message = format!("none of the first {MAX_LINES} lines has numbers in the columns {numbers}");
     job.wrong(None, None, message);
     None
+}
+
+/// Keys with one meaning, the most common first.
+const BALLS: [&str; 3] = ["balls", "tracks", "objects"];
+const SAMPLES: [&str; 3] = ["samples", "points", "positions"];
+const NAME: [&str; 5] = ["name", "shot", "ball", "id", "label"];
+const FPS: [&str; 3] = ["fps", "capture_fps", "frame_rate"];
+
+const EXPECTED: &str = "expected an array of shots, each with \"balls\", each with a \"name\" and \"samples\" of t (seconds) or frame, \
+                        x and y";
+
+/// Returns whether a text is JSON, as tools in the browser save it: an array of shots, each with
+/// balls, each with samples.
+fn is_json(text: &str) -> bool {
+    let text = text.trim_start();
+    text.starts_with('{')
+        || text.strip_prefix('[').is_some_and(|rest| rest.trim_start().starts_with(['{', ']']))
+}
+
+type Object<'t> = IndexMap<String, &'t RawValue>;
+
+/// Returns an object, empty for another value. The text has been checked as a whole.
+fn object(raw: &RawValue) -> Object<'_> {
+    serde_json::from_str(raw.get()).unwrap_or_default()
+}
+
+fn list(raw: &RawValue) -> Vec<&RawValue> {
+    serde_json::from_str(raw.get()).unwrap_or_default()
+}
+
+fn get<'t>(object: &Object<'t>, keys: &[&str]) -> Option<&'t RawValue> {
+    keys.iter().find_map(|key| object.get(*key)).copied()
+}
+
+/// Returns a value as a cell of a table: text without quotation marks, empty for null.
+fn cell(raw: &RawValue) -> String {
+    let text = raw.get();
+    if text == "null" { String::new() } else { serde_json::from_str(text).unwrap_or(text.to_string()) }
+}
+
+fn get_cell(object: &Object, keys: &[&str]) -> Option<String> {
+    Some(cell(get(object, keys)?).trim().to_string()).filter(|cell| !cell.is_empty())
+}
+
+fn read_json(job: Job) -> Option<Vec<RawShot>> {
+    let line_ends = job.text.match_indices('\n').map(|(at, _)| at).collect();
+    let shots = File { job, line_ends }.read()?;
+    let message = format!("read as JSON, {}", count_of(shots.len(), "shot"));
+    job.note(Subject::Format, None, message);
+    Some(shots)
+}
+
+struct File<'t> {
+    job: Job<'t>,
+    line_ends: Vec<usize>,
+}
+
+impl File<'_> {
+    fn line(&self, raw: &RawValue) -> usize {
+        let begin = raw.get().as_ptr() as usize - self.job.text.as_ptr() as usize;
+        self.line_ends.partition_point(|end| *end < begin) + 1
+    }
+
+    fn refuse<T>(&self, at: &RawValue, why: impl AsRef<str>) -> Option<T> {
+        self.job.wrong(self.line(at), None, format!("{}; {EXPECTED}", why.as_ref()));
+        None
+    }
+
+    fn read(&self) -> Option<Vec<RawShot>> {
+        let not_json = |error: serde_json::Error| {
+            let message = error.to_string();
+            let bare = message.rsplit_once(" at line ").map_or(message.as_str(), |(bare, _)| bare);
+            self.job.wrong(error.line(), None, format!("is not JSON: {bare}"));
+        };
+        let whole: &RawValue = serde_json::from_str(self.job.text).map_err(not_json).ok()?;
+        let root = object(whole);
+        let shots = match get(&root, &["shots"]) {
+            None if get(&root, &BALLS).is_some() => vec![whole],
+            shots => list(shots.unwrap_or(whole)),
+        };
+        if shots.is_empty() {
+            return self.refuse(whole, "holds no shots");
+        }
+        let word = get_cell(&root, &["length_unit", "unit"]);
+        let unit = word.as_ref().and_then(|word| Unit::M.alike().find(|unit| Unit::of(word) == Some(*unit)));
+        if let (Some(word), None) = (word, unit) {
+            let word = shortened(&word);
+            return self
+                .refuse(whole, format!("\"{word}\" is not a unit of length: m, cm, mm, in, ft or px"));
+        }
+        let mut read = Vec::new();
+        for (number, raw) in (1..).zip(&shots) {
+            let number = if shots.len() == 1 { String::new() } else { format!("-{number}") };
+            read.extend(self.shot(raw, &root, format!("{}{number}", stem(self.job.file)), unit)?);
+        }
+        Some(read)
+    }
+
+    /// Reads a shot, which is called `unnamed` unless it has a name; `root` may state its frame
+    /// rate.
+    fn shot(
+        &self,
+        raw: &RawValue,
+        root: &Object,
+        unnamed: String,
+        unit: Option<Unit>,
+    ) -> Option<Vec<RawShot>> {
+        let shot = object(raw);
+        let name = get_cell(&shot, &NAME).unwrap_or(unnamed);
+        let lacks = |what, name: &str, key| format!("the {what} \"{}\" has no \"{key}\"", shortened(name));
+        let balls = get(&shot, &BALLS).filter(|balls| balls.get().starts_with(['{', '[']));
+        let balls = balls.or_else(|| self.refuse(raw, lacks("shot", &name, "balls")))?;
+        let in_list = list(balls)
+            .into_iter()
+            .enumerate()
+            .map(|(i, ball)| (get_cell(&object(ball), &NAME).unwrap_or_else(|| (i + 1).to_string()), ball));
+        let (mut time, mut rows, mut bodies) = (None, Vec::new(), Vec::new());
+        for (index, (ball_name, ball)) in in_list.chain(object(balls)).enumerate() {
+            let samples = get(&object(ball), &SAMPLES).unwrap_or(ball);
+            if !samples.get().starts_with('[') {
+                return self.refuse(ball, lacks("ball", &ball_name, "samples"));
+            }
+            for sample in list(samples) {
+                let (own, [t, x, y]) = self.cells(sample)?;
+                if *time.get_or_insert(own) != own {
+                    return self.refuse(sample, "has another kind of time than the samples above");
+                }
+                rows.push((self.line(sample), index, [name.clone().into(), t, x, y]));
+            }
+            bodies.push(Body::new(ball_name, [2, 3]));
+        }
+        let mut stated = Stated { format: Format::Json, unit, time: time.flatten(), ..Stated::default() };
+        if let Some(fps) = get_cell(&shot, &FPS).or_else(|| get_cell(root, &FPS)) {
+            let known = value(&fps).filter(|fps| *fps > 0.0);
+            let known = known.or_else(|| self.refuse(raw, format!("fps is {fps}, not frames per second")))?;
+            stated.fps = Some(known).filter(|_| stated.time == Some(Unit::Frames));
+        }
+        number_twins(&mut bodies);
+        let heading = Heading::plain(1, 0, None, ["shot", "time", "x", "y"].map(str::to_string).to_vec());
+        let layout = Layout { heading, shot: Some(0), ball: None, time: Some(1), stated, bodies };
+        let mut reader = Reader::new(self.job, &layout);
+        for (line, body, cells) in &rows {
+            reader.add(*line, cells, &layout.bodies[*body..=*body]);
+        }
+        Some(reader.finish())
+    }
+
+    /// Returns `{t, x, y}`, or `{frame, x, y}`, or `[t, x, y]`, whose unit of time is not stated, as
+    /// cells of a table.
+    fn cells(&self, raw: &RawValue) -> Option<(Option<Unit>, [Cow<'static, str>; 3])> {
+        let cells = |values: [Option<&RawValue>; 3]| values.map(|at| at.map_or(String::new(), cell).into());
+        if let [time, x, y] = list(raw)[..] {
+            return Some((None, cells([Some(time), Some(x), Some(y)])));
+        }
+        let sample = object(raw);
+        let [frame, x, y] = ["frame", "x", "y"].map(|key| get(&sample, &[key]));
+        let time = self.job.frame_or_time(frame, get(&sample, &["t", "time"]));
+        let (time, is_frame) = time.or_else(|| self.refuse(raw, "a sample without t or frame"))?;
+        Some((Some(if is_frame { Unit::Frames } else { Unit::S }), cells([Some(time), x, y])))
+    }
 }

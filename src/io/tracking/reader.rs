@@ -5,10 +5,10 @@ use std::borrow::Cow;
 use indexmap::IndexMap;
 
 use super::heading::Heading;
-use super::raw::{Job, RawShot, RawTrack, Row, Stated, Subject, listed, quoted, stem};
+use super::raw::{Job, RawShot, RawTrack, Row, Stated, Subject, listed, stem};
 use super::settings::Format;
 use super::time::count_frames;
-use super::words::{Style, Unit, seconds};
+use super::words::{Clock, Unit, clock};
 use crate::io::text::{self, Mark, Place, lines, name_of, shortened};
 
 /// Number of problems of a file after which reading ends.
@@ -18,8 +18,7 @@ const LIKELY: f64 = 0.6;
 
 /// Reads the rows of a file; reports those with a wrong number of cells.
 pub(super) fn read(job: Job, layout: &Layout) -> Vec<RawShot> {
-    let (times, positions, shots) = (Mark::default(), Mark::default(), IndexMap::new());
-    let mut reader = Reader { job, layout, times, positions, clock: None, shots, trackless: None };
+    let mut reader = Reader::new(job, layout);
     let limit = job.problems.len() + MAX_PROBLEMS;
     for (line, text) in lines(job.text).take_while(|_| job.problems.len() < limit) {
         let content = text.trim_start();
@@ -69,21 +68,26 @@ fn with_width<'a>(mut cells: Vec<Cow<'a, str>>, layout: &Layout) -> Result<Vec<C
 }
 
 /// Rows already read, sorted into shots and tracks, and the properties that all cells share.
-struct Reader<'a> {
+pub(super) struct Reader<'a> {
     job: Job<'a>,
     layout: &'a Layout,
     times: Mark,
     positions: Mark,
-    /// How the first time is written, with its line: as that of a clock or, `None`, as a number.
-    clock: Option<(Option<Style>, usize)>,
+    /// The mark before the fraction of the first time if it is that of a clock, with its line.
+    clock: Option<(Option<char>, usize)>,
+    /// Largest number of digits of such fractions.
+    digits: usize,
     /// The shots by their names, with rows in the order of the file.
     shots: IndexMap<String, RawShot>,
-    /// The first row that belongs to no track.
-    trackless: Option<usize>,
 }
 
-impl Reader<'_> {
-    fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body]) {
+impl<'a> Reader<'a> {
+    pub(super) fn new(job: Job<'a>, layout: &'a Layout) -> Self {
+        let (times, positions, shots) = (Mark::default(), Mark::default(), IndexMap::new());
+        Self { job, layout, times, positions, clock: None, digits: 0, shots }
+    }
+
+    pub(super) fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body]) {
         let (job, layout, stem) = (self.job, self.layout, stem(self.job.file));
         let Job { file, problems, .. } = job;
         let at = |column: usize| {
@@ -91,11 +95,9 @@ impl Reader<'_> {
             Place { file, line, column, text, problems }
         };
         let before = problems.len();
-        let ball = layout.ball();
-        for (what, column) in [("shot", layout.shot), ("ball", ball)] {
+        for (what, column) in [("shot", layout.shot), ("ball", layout.ball)] {
             let Some(cell) = column.map(at).filter(|cell| cell.text.is_empty()) else { continue };
             if what == "ball" && layout.stated.format == Format::Columns {
-                self.trackless.get_or_insert(line);
                 let message = format!("rows that belong to no track ({} is empty): left out", cell.column);
                 return job.note(Subject::Gaps, line, message);
             }
@@ -104,7 +106,8 @@ impl Reader<'_> {
         let mut time = None;
         if let Some(cell) = layout.time.map(at) {
             time = self.time(cell);
-            let has_position = ball.is_some() || bodies.iter().any(|body| !at(body.xy[0]).text.is_empty());
+            let has_position =
+                layout.ball.is_some() || bodies.iter().any(|body| !at(body.xy[0]).text.is_empty());
             if time.is_none() && has_position && problems.len() == before {
                 cell.wrong("is empty; expected a time, or the number of a frame");
             }
@@ -112,58 +115,48 @@ impl Reader<'_> {
                 return;
             }
         }
-        let shot = self.shot(layout.shot.map_or(&stem, |column| at(column).text), line);
+        let name = layout.shot.map_or(&*stem, |column| at(column).text);
+        let shot = self.shots.get_index_of(name).unwrap_or_else(|| {
+            let (file, name, stated) = (file.to_path_buf(), name.to_string(), layout.stated);
+            let shot = RawShot { name, file, line, stated, tracks: Vec::new() };
+            self.shots.insert_full(shot.name.clone(), shot).0
+        });
         // without times, rows of a shot are counted
         let rows = self.shots[shot].tracks.first().map_or(0, |track| track.rows.len());
         // −0 is 0
         let time = time.unwrap_or(rows as f64) + 0.0;
         for body in bodies {
             let row = Row { time, place: self.place(body, at), sd: self.deviations(body, at), line };
-            let name = body.ball.map_or(body.name.as_str(), |column| at(column).text);
+            let name = layout.ball.map_or(body.name.as_str(), |column| at(column).text);
             let point = body.point.map_or(body.part, |column| at(column).text);
             let is_centre = ["", "centre", "center"].iter().any(|word| point.eq_ignore_ascii_case(word));
             let point = (!is_centre).then_some(point);
             let tracks = &mut self.shots[shot].tracks;
-            let is_it = |known: &RawTrack| {
-                known.body == body.index && known.point.as_deref() == point && known.name == name
-            };
+            let is_it = |known: &RawTrack| known.point.as_deref() == point && known.name == name;
             let track = tracks.iter().position(is_it).unwrap_or_else(|| {
                 let (name, point) = (name.to_string(), point.map(str::to_string));
                 let is_angle = body.angle.is_some();
-                tracks.push(RawTrack { name, body: body.index, point, is_angle, ..RawTrack::default() });
+                tracks.push(RawTrack { name, point, is_angle, ..RawTrack::default() });
                 tracks.len() - 1
             });
             tracks[track].rows.push(row);
         }
     }
 
-    fn shot(&mut self, name: &str, line: usize) -> usize {
-        self.shots.get_index_of(name).unwrap_or_else(|| {
-            let (file, name) = (self.job.file.to_path_buf(), name.to_string());
-            let stated = self.layout.stated;
-            let shot = RawShot { name, file, line, stated, tracks: Vec::new() };
-            self.shots.insert_full(shot.name.clone(), shot).0
-        })
-    }
-
-    /// Reads a time, written as the first one is; of fractions of seconds the most digits count.
+    /// Reads a time, written as the first one is.
     fn time(&mut self, cell: Place) -> Option<f64> {
         let text = shortened(cell.text.trim());
-        let (time, style) = if !cell.text.contains(':') {
+        let (time, mark) = if !cell.text.contains(':') {
             (self.times.number(cell)?, None)
-        } else if let Some((time, style)) = seconds(cell.text) {
-            (time, Some(style))
+        } else if let Some(Clock { seconds, has_colon, digits }) = clock(cell.text) {
+            self.digits = self.digits.max(digits);
+            (seconds, Some(if has_colon { ':' } else { '.' }))
         } else {
             cell.wrong(format!("\"{text}\" is not a time; expected h:mm:ss.fff, h:mm:ss:cs or a number"));
             return None;
         };
-        let (first, at) = self.clock.get_or_insert((style, cell.line));
-        let fractions = (first.as_mut(), style);
-        if let (Some(Style { has_colon: false, digits: most }), Some(Style { has_colon: false, digits })) =
-            fractions
-        {
-            *most = digits.max(*most);
-        } else if *first != style {
+        let (first, at) = *self.clock.get_or_insert((mark, cell.line));
+        if first != mark {
             cell.wrong(format!("\"{text}\" is not written like the time in line {at}"));
             return None;
         }
@@ -186,13 +179,16 @@ impl Reader<'_> {
                 (None, None) => own,
             }
         });
-        self.job.note_half(place, at(body.xy[0]).line);
+        let line = at(body.xy[0]).line;
+        if place[0].is_nan() != place[1].is_nan() {
+            self.job.note(Subject::Gaps, line, "half a position; taken as a gap");
+        }
         let likelihood = body.likelihood.and_then(|column| self.positions.beside(at(column)));
         if place[0].is_nan() || likelihood.is_none_or(|likelihood| likelihood >= LIKELY) {
             return place;
         }
         let message = format!("a position of a likelihood below {LIKELY}: taken as a gap");
-        self.job.note(Subject::Gaps, at(body.xy[0]).line, message);
+        self.job.note(Subject::Gaps, line, message);
         [f64::NAN; 2]
     }
 
@@ -208,25 +204,23 @@ impl Reader<'_> {
     }
 
     /// Reports properties of all rows; time codes become numbers of frames.
-    fn finish(self) -> Vec<RawShot> {
+    pub(super) fn finish(self) -> Vec<RawShot> {
         let job = self.job;
-        if let (Some(column), Some(first), true) = (self.layout.ball(), self.trackless, self.shots.is_empty())
+        // numbers of JSON have no mark between thousands
+        for mark in
+            [&self.times, &self.positions].into_iter().filter(|_| self.layout.stated.format != Format::Json)
         {
-            let message = "is empty in every row; expected names of tracks, or no ball in [tracks.columns]: both balls are then followed \
-                           from frame to frame";
-            job.wrong(first, self.layout.heading.names[column].as_str(), message);
+            mark.finish(job.file, job.problems);
         }
-        self.times.finish(job.file, job.problems);
-        self.positions.finish(job.file, job.problems);
         if self.positions.is_comma() || self.times.is_comma() {
             job.note(Subject::Format, None, "decimal comma");
         }
         let mut shots: Vec<RawShot> = self.shots.into_values().collect();
         shots.iter_mut().flat_map(|shot| &mut shot.tracks).for_each(RawTrack::sort);
-        if let Some((Some(style), line)) = self.clock {
-            let rounding = Some(1.0 / 10.0_f64.powi(style.digits as i32));
+        if let Some((Some(mark), line)) = self.clock {
+            let rounding = Some(1.0 / 10.0_f64.powi(self.digits as i32));
             let mut stated = Stated { time: Some(Unit::S), rounding, ..self.layout.stated };
-            if style == (Style { has_colon: true, digits: 2 })
+            if (mark, self.digits) == (':', 2)
                 && let Some(rate) = count_frames(&mut shots)
             {
                 let message = format!("times are time codes h:mm:ss:ff with {rate} frames to a second");
@@ -244,7 +238,9 @@ impl Reader<'_> {
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     pub(crate) heading: Heading,
+    /// The columns that name the shot and the ball of a row.
     pub(crate) shot: Option<usize>,
+    pub(crate) ball: Option<usize>,
     /// The column of times; `None`: the rows of a shot are counted.
     pub(crate) time: Option<usize>,
     pub(crate) stated: Stated,
@@ -255,16 +251,13 @@ pub(super) struct Layout {
 /// A tracked body, or a point on it, and the columns of its position.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Body {
-    /// Its number among all bodies of the layout.
-    pub(crate) index: usize,
-    /// The first line of its title, which ends bodies above, and the line above its rows. Default:
-    /// those of the heading.
+    /// The first line of its title, which ends bodies above, and the line above its rows, unless that
+    /// is the heading.
     pub(crate) begin: usize,
     pub(crate) above: usize,
-    /// The name that stands above the rows; otherwise it is in the column `ball`.
+    /// The name, unless the layout has a column of balls.
     pub(crate) name: String,
-    /// The columns that name the ball and the point in a table with a row per ball and frame.
-    pub(crate) ball: Option<usize>,
+    /// The column that names the point in a table with a row per ball and frame.
     pub(crate) point: Option<usize>,
     /// The name of a point that no column names, "marker" or "angle".
     pub(crate) part: &'static str,
@@ -294,7 +287,7 @@ impl Body {
     ) -> Option<Vec<Self>> {
         let of = |key: &str| at(&format!("{begin}{key}"));
         let pair = |one: &str, other: &str| Some([of(one)?, of(other)?]);
-        let part = |part, xy| Self { ball: of("ball"), part, ..Self::new(name, xy) };
+        let part = |part, xy| Self { part, ..Self::new(name, xy) };
         let centre = Self {
             point: of("point"),
             corner: pair("x2", "y2"),
@@ -317,6 +310,18 @@ impl Body {
     }
 }
 
+/// Numbers bodies of the same name, in their order: "A (1)", "A (2)".
+pub(super) fn number_twins(bodies: &mut [Body]) {
+    let mut bodies: Vec<&mut Body> = bodies.iter_mut().filter(|body| body.part.is_empty()).collect();
+    let names: Vec<String> = bodies.iter().map(|body| body.name.clone()).collect();
+    for (i, body) in bodies.iter_mut().enumerate() {
+        let before = names[..i].iter().filter(|name| **name == names[i]).count();
+        if before > 0 || names[i + 1..].contains(&names[i]) {
+            body.name = format!("{} ({})", names[i], before + 1);
+        }
+    }
+}
+
 impl Layout {
     /// Returns the layout of bodies; the flag marks frame numbers. Complains about other units.
     pub(super) fn new(
@@ -326,10 +331,7 @@ impl Layout {
         time: Option<(usize, bool)>,
         job: Job,
     ) -> Self {
-        for (index, body) in bodies.iter_mut().enumerate() {
-            let above = if body.begin == 0 { heading.above } else { body.above };
-            (body.index, body.above) = (index, above);
-        }
+        number_twins(&mut bodies);
         let lengths = bodies.iter().flat_map(Body::lengths);
         let unit = heading.unit(lengths, Unit::M, None, job);
         let unit_of_time = match time {
@@ -337,18 +339,14 @@ impl Layout {
             _ => Unit::Frames,
         };
         let stated = Stated { format, unit, time: Some(unit_of_time), ..Stated::default() };
-        Self { heading, shot: None, time: time.map(|(column, _)| column), stated, bodies }
+        Self { heading, shot: None, ball: None, time: time.map(|(column, _)| column), stated, bodies }
     }
 
     /// Returns the bodies of the row in a line.
     fn bodies_at(&self, line: usize) -> &[Body] {
         let begun = &self.bodies[..self.bodies.partition_point(|body| body.begin <= line)];
         let last = begun.chunk_by(|a, b| a.begin == b.begin).next_back();
-        last.filter(|bodies| bodies[0].above < line).unwrap_or_default()
-    }
-
-    fn ball(&self) -> Option<usize> {
-        self.bodies.iter().find_map(|body| body.ball)
+        last.filter(|bodies| self.heading.above.max(bodies[0].above) < line).unwrap_or_default()
     }
 
     /// Notes how a file is read, and which of its columns are not.
@@ -356,14 +354,9 @@ impl Layout {
         let Heading { names, separator, above, .. } = &self.heading;
         let (format, separator, first) = (self.stated.format.shown(), name_of(*separator), above + 1);
         let mut message = format!("read as {format}, {separator} between cells, rows from line {first} on");
-        let named = self.bodies.iter().filter(|body| body.part.is_empty() && !body.name.is_empty());
-        let tracks = quoted(named.map(|body| &body.name));
-        if !tracks.is_empty() {
-            message += &format!(", tracks {tracks}");
-        }
-        let others = |body: &Body| [body.ball, body.point, body.likelihood, Some(body.xy[0])];
+        let others = |body: &Body| [body.point, body.likelihood, Some(body.xy[0])];
         let mut read: Vec<usize> = self.bodies.iter().flat_map(Body::lengths).collect();
-        read.extend(self.bodies.iter().flat_map(others).chain([self.shot, self.time]).flatten());
+        read.extend(self.bodies.iter().flat_map(others).chain([self.shot, self.ball, self.time]).flatten());
         let is_passed = |(i, name): &(usize, &String)| {
             !read.contains(i) && !name.is_empty() && !name.starts_with("column ")
         };

@@ -46,8 +46,9 @@ pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
         let [length, time] = one.step(other);
         length > limit * time
     };
-    let mut lost: Vec<Option<&str>> = Vec::new();
-    for path in &paths {
+    for RawTrack { name, rows, .. } in shot.tracks.iter_mut().filter(|track| !track.is_angle) {
+        let mut lost: Vec<Option<&str>> = Vec::new();
+        let path: Vec<&Row> = rows.iter().filter(|row| !row.is_gap()).collect();
         let stays: Vec<&[&Row]> = path.chunk_by(|a, b| a.place == b.place).collect();
         // whether the ball jumps from each stay at a place to the next one
         let jumps: Vec<bool> =
@@ -62,10 +63,7 @@ pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
                 _ => None,
             }));
         }
-    }
-    let mut lost = lost.into_iter();
-    for RawTrack { name, rows, .. } in shot.tracks.iter_mut().filter(|track| !track.is_angle) {
-        for (row, why) in rows.iter_mut().filter(|row| !row.is_gap()).zip(&mut lost) {
+        for (row, why) in rows.iter_mut().filter(|row| !row.is_gap()).zip(lost) {
             let Some(why) = why else { continue };
             let [x, y] = row.place;
             job.note(Subject::Gaps, row.line, format!("\"{name}\" is at ({x}, {y}), {why}: taken as a gap"));

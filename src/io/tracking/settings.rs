@@ -1,5 +1,6 @@
 //! The sections of dataset.toml for kind = "tracks".
 
+use std::collections::HashMap;
 use std::num::NonZero;
 use std::path::PathBuf;
 
@@ -10,6 +11,7 @@ use serde::Deserialize;
 use super::camera::{Calibration, CameraSection, NumberOr, OneOrSeveral, Point, homography};
 use super::words::Unit;
 use crate::io::toml_file::Source;
+use crate::measurement::dataset::Tracks;
 use crate::name::worded;
 
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
@@ -45,27 +47,16 @@ pub(crate) struct ScaleSection {
     pub(super) length_unit: Option<Unit>,
     #[schemars(extend("exclusiveMinimum" = 0))]
     m_per_px: Option<f64>,
-    from: Option<Ruler>,
+    /// Source of the scale if no number states it.
+    #[schemars(extend("enum" = ["balls"]))]
+    from: Option<String>,
     /// Relative standard deviation of the scale.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) sd: Option<f64>,
-    y_axis: Option<YAxis>,
+    #[schemars(extend("enum" = ["up", "down"]))]
+    y_axis: Option<String>,
     #[serde(default)]
     point: Vec<Point>,
-}
-
-/// Source of the scale if no number states it.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-enum Ruler {
-    Balls,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-enum YAxis {
-    Up,
-    Down,
 }
 
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
@@ -140,19 +131,12 @@ pub(crate) struct TrackSettings {
     pub(crate) camera: CameraSection,
     pub(crate) scale: ScaleSection,
     pub(crate) tracks: TracksSection,
-    /// Standard deviation of the slope of the table.
-    pub(crate) tilt_sd: Option<f64>,
-    /// Standard deviation of the topspin that shots share.
-    pub(crate) topspin_sd: Option<f64>,
-    /// Whether the tracks are of discs, whose centres may follow from points on them.
-    pub(crate) discs: bool,
+    /// The films, still without shots.
+    pub(crate) film: Tracks,
     /// Tracks of both balls, and of points on them, in the order of [`NAMED`].
     pub(crate) names: [Names; 4],
     pub(crate) calibration: Calibration,
-    /// Whether the scale is estimated from the size of the balls.
-    pub(crate) from_balls: bool,
     pub(crate) shots: Option<PathBuf>,
-    pub(crate) notes: Vec<String>,
 }
 
 impl TrackSettings {
@@ -181,15 +165,18 @@ impl TrackSettings {
         if let Some(columns) = &self.tracks.columns {
             check_columns(columns, source);
         }
-        let (is_px, has_points) = (self.scale.length_unit == Some(Unit::Px), !self.scale.point.is_empty());
-        let is_up = self.scale.y_axis.map(|axis| axis == YAxis::Up);
+        let (is_px, points) = (self.scale.length_unit == Some(Unit::Px), &self.scale.point);
+        let is_up = self.scale.y_axis.as_ref().map(|axis| axis == "up");
         let seconds = self.video.row_readout_s.or(self.camera.shutter.and_then(NumberOr::number));
         // the balls are the ruler by a statement, or for pixels without another scale
-        let is_measured = self.scale.m_per_px.is_some() || has_points;
-        self.from_balls = !self.discs && !is_measured && (self.scale.from.is_some() || is_px);
-        let map = (is_px && has_points).then(|| homography(&self.scale.point, is_up)).transpose();
+        let is_measured = self.scale.m_per_px.is_some() || !points.is_empty();
+        let has_ruler = is_measured || self.film.discs.is_some() || !is_px && self.scale.from.is_none();
+        self.film.from_balls = !has_ruler;
+        self.film.scale_sd = has_ruler.then(|| self.scale.sd.unwrap_or(Tracks::SCALE_SD));
+        self.film.rate_sd = self.video.capture_fps_sd.zip(self.fps()).map(|(sd, fps)| sd / fps);
+        let map = (is_px && points.len() > 3).then(|| homography(points, is_up)).transpose();
         let map = map.map_err(|message| source.wrong("scale.point.0", message)).ok().flatten();
-        self.notes.extend(map.iter().map(|(_, note)| format!("{}: {note}", source.path.display())));
+        self.film.notes.extend(map.iter().map(|(_, note)| format!("{}: {note}", source.path.display())));
         let per_pixel = (self.scale.m_per_px.unwrap_or(1.0), 1.0);
         self.calibration = Calibration {
             scale: self.scale.length_unit.unwrap_or(Unit::M).metres().unwrap_or(per_pixel),
@@ -207,16 +194,16 @@ impl TrackSettings {
     fn name(&mut self, source: &Source) {
         let TracksSection { cue, object, cue_markers, object_markers, .. } = &self.tracks;
         let stated = [cue, object, cue_markers, object_markers];
-        for (i, key) in NAMED.into_iter().enumerate() {
-            let Some(names) = stated[i] else { continue };
+        let mut used: HashMap<&String, &str> = HashMap::new();
+        for (key, names) in NAMED.into_iter().zip(stated) {
+            let Some(names) = names else { continue };
             let wrong = |message: String| source.wrong(&format!("tracks.{key}"), message);
             if !names.are_good() {
                 wrong(format!("{key} is {}; expected names of tracks, each once", names.shown()));
             }
-            for (other, used) in NAMED.iter().zip(stated).take(i) {
-                let mut used = used.iter().flat_map(|used| &used.0);
-                if let Some(both) = used.find(|name| names.0.contains(name)) {
-                    wrong(format!("\"{both}\" is both {other} and {key}; expected different tracks"));
+            for name in &names.0 {
+                if let Some(other) = used.insert(name, key).filter(|other| *other != key) {
+                    wrong(format!("\"{name}\" is both {other} and {key}; expected different tracks"));
                 }
             }
         }
@@ -243,29 +230,25 @@ impl Column {
     }
 }
 
-/// `[tracks.columns]`: the column of each key of [`KEYS`], [`ONE_EACH`] or [`EACH`].
+/// `[tracks.columns]`: the column of each key of [`KEYS`] or [`EACH`].
 pub(super) type Columns = IndexMap<String, Column>;
 
-/// Keys of a table with a row per frame or per ball and frame, and of the latter only.
-const KEYS: [&str; 4] = ["shot", "frame", "t", ANGLE_UNIT];
-const ONE_EACH: [&str; 6] = ["ball", "point", "x_sd", "y_sd", "marker_x", "marker_y"];
+const KEYS: &str = "shot frame t angle_unit ball point x_sd y_sd marker_x marker_y";
 /// Keys of each ball, which follow `cue_` and `object_` in a table with a row per frame. A box has
 /// its other corner in x2 and y2, or its size in width and height.
-const EACH: [&str; 8] = ["x", "y", "x2", "y2", "width", "height", "likelihood", "angle"];
+const EACH: &str = "x y x2 y2 width height likelihood angle";
 const ANGLE_UNIT: &str = "angle_unit";
 const PAIRS: [[&str; 2]; 4] = [["x_sd", "y_sd"], ["marker_x", "marker_y"], ["x2", "y2"], ["width", "height"]];
 
-fn keys() -> impl Iterator<Item = String> {
-    let each = ["", "cue_", "object_"].into_iter().flat_map(|begin| EACH.map(|key| format!("{begin}{key}")));
-    [KEYS.as_slice(), &ONE_EACH].concat().into_iter().map(str::to_string).chain(each)
-}
-
 pub(super) fn schema_of_columns(generator: &mut SchemaGenerator) -> Schema {
     let column = generator.subschema_for::<Column>();
-    let mut properties: IndexMap<String, Schema> = keys().map(|key| (key, column.clone())).collect();
+    let of_each =
+        |begin: &str| -> Vec<String> { EACH.split(' ').map(|key| format!("{begin}{key}")).collect() };
+    let each = ["", "cue_", "object_"];
+    let keys = KEYS.split(' ').map(str::to_owned).chain(each.into_iter().flat_map(of_each));
+    let mut properties: IndexMap<String, Schema> = keys.map(|key| (key, column.clone())).collect();
     let units = json_schema!({ "type": "string", "enum": Unit::Rad.names_alike() });
     properties.insert(ANGLE_UNIT.to_owned(), units);
-    let each = ["", "cue_", "object_"];
     let pairs = each.into_iter().flat_map(|begin| PAIRS.map(|pair| pair.map(|key| format!("{begin}{key}"))));
     let both = pairs.flat_map(|[one, other]| [(one.clone(), [other.clone()]), (other, [one])]);
     let both: IndexMap<String, [String; 1]> = both.collect();

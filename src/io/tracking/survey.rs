@@ -8,7 +8,7 @@ use indexmap::IndexMap;
 use minijinja::{Value as Values, context};
 
 use super::heading::{Heading, Rows, TITLES, headings};
-use super::names::are_two_discs;
+use super::names::groups;
 use super::raw::{Job, Notes, RawShot, RawTrack, quoted, sorted, span};
 use super::read;
 use super::settings::{Column, Columns, Format, TrackSettings};
@@ -45,7 +45,9 @@ const MOTIVE: &str = "Format Version";
 pub(crate) struct Survey {
     files: usize,
     shots: Vec<RawShot>,
-    guess: Guess,
+    /// Guessed `[tracks.columns]`: certain ones, and the size of a box where names leave open if x
+    /// and y are its corner or its middle.
+    columns: [Columns; 2],
     /// Cells and rows that cannot be read, as the loader reports them.
     problems: Vec<Problem>,
 }
@@ -54,31 +56,28 @@ impl Survey {
     /// Surveys a file. Columns are guessed for a table in no known format, and for a long one with
     /// boxes. `Err`: the problems of a file that cannot be read.
     pub(crate) fn of(file: &Path) -> Result<Self, Vec<Problem>> {
-        let plain = Self::read(file, Guess::default());
+        let plain = Self::read(file, Default::default());
         if plain.as_ref().is_ok_and(|plain| plain.format() != Some(Format::Long)) {
             return plain;
         }
         let guess = fs::read(file).ok().and_then(|bytes| columns(&decode(&bytes).0));
-        let has_boxes = |guess: &Guess| ["width", "x2"].iter().any(|key| guess.columns.contains_key(*key));
-        let guess = guess.filter(|guess| plain.is_err() || has_boxes(guess));
+        let has = |guess: &[Columns; 2], key: &str| guess.iter().any(|columns| columns.contains_key(key));
+        let guess = guess.filter(|guess| plain.is_err() || has(guess, "width") || has(guess, "x2"));
         guess.and_then(|guess| Self::read(file, guess).ok()).map_or(plain, Ok)
     }
 
-    fn read(file: &Path, guess: Guess) -> Result<Self, Vec<Problem>> {
+    fn read(file: &Path, columns: [Columns; 2]) -> Result<Self, Vec<Problem>> {
         let problems = Problems::new("");
         let source = Source::new(file, "", &problems);
-        let settings = TrackSettings { discs: guess.has_angles(), ..TrackSettings::default() };
-        let (mut settings, mut certain) = (settings.checked(&source), guess.columns.clone());
-        certain.retain(|key, _| !guess.is_doubtful(key));
-        settings.tracks.columns = Some(certain).filter(|columns| !columns.is_empty());
+        let is_guessed = !columns[0].is_empty();
+        let mut settings = TrackSettings::default().checked(&source);
+        settings.tracks.columns = is_guessed.then(|| columns[0].clone());
         let job = Job { file, text: "", settings: &settings, notes: &Notes::default(), problems: &problems };
         let read = read::file(job, true);
         let problems = problems.into_error().problems().to_vec();
         match read {
             // without rows, only names support the guess
-            Some(shots) if !shots.is_empty() || !guess.columns.is_empty() => {
-                Ok(Self { files: 1, shots, guess, problems })
-            }
+            Some(shots) if !shots.is_empty() || is_guessed => Ok(Self { files: 1, shots, columns, problems }),
             _ => Err(problems),
         }
     }
@@ -100,8 +99,8 @@ impl Survey {
 
     /// Returns whether points keep their distances in two groups, or have angles.
     pub(crate) fn are_discs(&self) -> bool {
-        let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && are_two_discs(shot);
-        self.guess.has_angles() || self.shots.iter().any(are_discs)
+        let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && groups(&shot.tracks).len() == 2;
+        has_angles(&self.columns[0]) || self.shots.iter().any(are_discs)
     }
 
     /// Returns the names of tracks in the order of appearance, and at which part of the time each
@@ -148,6 +147,13 @@ impl Survey {
 
     /// Returns the extent, its unit if stated or plausible, and the largest balls that fit.
     fn lengths(&self) -> Values {
+        // the longer side of the box about a shot's positions
+        let extent = |shot: &RawShot| {
+            let tracks = shot.tracks.iter().filter(|track| !track.is_angle);
+            let places = tracks.flat_map(RawTrack::seen).map(|row| row.place);
+            let sides = [0, 1].map(|axis| span(places.clone().map(|place| place[axis])));
+            sides.map(|[low, high]| high - low).into_iter().fold(0.0, f64::max)
+        };
         let extent = self.shots.iter().map(extent).fold(0.0, f64::max);
         let closest = |shot: &RawShot| {
             let [one, other] = shot.centres()?;
@@ -176,7 +182,7 @@ impl Survey {
 
     /// Returns the cue ball and the guessed columns, exchanged if those named object move first.
     fn balls(&self) -> Values {
-        let (tracks, columns) = (self.tracks(), &self.guess.columns);
+        let (tracks, [columns, doubtful]) = (self.tracks(), &self.columns);
         let order = match tracks.as_slice() {
             [a, b] if a.1 + EARLIER < b.1 => Some([a.0, b.0]),
             [a, b] if b.1 + EARLIER < a.1 => Some([b.0, a.0]),
@@ -184,19 +190,17 @@ impl Survey {
         };
         // a table with a row per frame names the balls by its columns
         let first_column = order.and_then(|[cue, _]| columns.get(&format!("{cue}_x"))).map(Column::shown);
+        let second = first_column.as_ref().filter(|_| order.is_some_and(|[cue, _]| cue != "cue"));
         // names such as cue and object are believed
-        let is_other = order.is_some_and(|[cue, _]| cue != "cue");
-        let is_believed = is_other && first_column.as_ref().is_some_and(|column| column.contains("obj"));
-        let are_exchanged = is_other && first_column.is_some() && !is_believed;
+        let is_believed = second.is_some_and(|column| column.contains("obj"));
+        let are_exchanged = second.is_some() && !is_believed;
         let line = |(key, column): (&String, &Column)| {
-            // the keys in the same order, with the columns of the other ball
-            let other = match key.split_once('_') {
-                Some(("cue", rest)) if are_exchanged => columns.get(&format!("object_{rest}")),
-                Some(("object", rest)) if are_exchanged => columns.get(&format!("cue_{rest}")),
-                _ => None,
+            let key = match key.split_once('_') {
+                Some(("cue", rest)) if are_exchanged => &format!("object_{rest}"),
+                Some(("object", rest)) if are_exchanged => &format!("cue_{rest}"),
+                _ => key,
             };
-            let line = format!("{key} = {}", other.unwrap_or(column).shown());
-            context! { line, is_doubtful => self.guess.is_doubtful(key) }
+            format!("{key} = {}", column.shown())
         };
         let [cue, object] = [0, 1].map(|i| order.map(|names| toml::Value::from(names[i]).to_string()));
         context! {
@@ -207,39 +211,18 @@ impl Survey {
             cue,
             object,
             has_wide_columns => columns.contains_key("cue_x"),
-            columns => columns.iter().map(line).collect::<Vec<Values>>(),
+            columns => columns.iter().map(line).collect::<Vec<String>>(),
+            doubtful => doubtful.iter().map(line).collect::<Vec<String>>(),
         }
     }
 }
 
-/// Returns the longer side of the box about a shot's positions.
-fn extent(shot: &RawShot) -> f64 {
-    let tracks = shot.tracks.iter().filter(|track| !track.is_angle);
-    let places = tracks.flat_map(RawTrack::seen).map(|row| row.place);
-    let sides = [0, 1].map(|axis| span(places.clone().map(|place| place[axis])));
-    sides.map(|[low, high]| high - low).into_iter().fold(0.0, f64::max)
+fn has_angles(columns: &Columns) -> bool {
+    columns.keys().any(|key| key.ends_with("angle"))
 }
 
-/// Guessed `[tracks.columns]`.
-#[derive(Default)]
-struct Guess {
-    columns: Columns,
-    /// Whether names leave open if x and y are a corner of a box of the size here, or its middle.
-    is_size_doubtful: bool,
-}
-
-impl Guess {
-    fn is_doubtful(&self, key: &str) -> bool {
-        self.is_size_doubtful && (key.ends_with("width") || key.ends_with("height"))
-    }
-
-    fn has_angles(&self) -> bool {
-        self.columns.keys().any(|key| key.ends_with("angle"))
-    }
-}
-
-/// Guesses the columns of a table; `None` if it is not understood.
-fn columns(text: &str) -> Option<Guess> {
+/// Guesses the columns of a table, certain and doubtful ones; `None` if it is not understood.
+fn columns(text: &str) -> Option<[Columns; 2]> {
     let headings = headings(text, TITLES);
     for heading in headings.iter().filter(|heading| heading.own.len() > 2) {
         let Heading { line, separator, own, .. } = heading;
@@ -260,7 +243,7 @@ fn columns(text: &str) -> Option<Guess> {
 
 /// Guesses the columns of a table without names: time and two positions, or frame, ball, x, y and
 /// the size of a box (MOT, a benchmark of trackers, with -1 as the ball of detections).
-fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
+fn numbered(rows: &Rows, width: usize) -> Option<[Columns; 2]> {
     let keys = match width {
         7.. if rows.is_whole(0) && rows.values(1) > 1 && rows.is_whole(1) => "frame ball x y width height",
         7.. if rows.are_pairs(0, None) => "frame - x y width height",
@@ -270,34 +253,31 @@ fn numbered(rows: &Rows, width: usize) -> Option<Guess> {
         _ => return None,
     };
     let numbered = keys.split(' ').zip((1..).filter_map(NonZero::new)).filter(|(key, _)| *key != "-");
-    let columns = numbered.map(|(key, number)| (key.to_string(), Column::Number(number))).collect();
-    Some(Guess { columns, is_size_doubtful: false })
+    let columns = numbered.map(|(key, number)| (key.to_string(), Column::Number(number)));
+    Some([columns.collect(), Columns::new()])
 }
 
 /// Guesses the columns of a table by their names; rows show only which columns name balls.
-fn named(text: &str, heading: &Heading) -> Option<Guess> {
+fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
     let names = heading.small();
     let rows = Rows::of(text, heading);
     let all = pairs(&names);
     let of = |wanted: Kind| -> Vec<[usize; 2]> {
         all.iter().filter(|(_, kind)| *kind == wanted).map(|(pair, _)| *pair).collect()
     };
-    let [mut positions, mut markers, spreads] = [Kind::Position, Kind::Marker, Kind::Spread].map(of);
+    let [mut positions, markers, spreads] = [Kind::Position, Kind::Marker, Kind::Spread].map(of);
     if text.starts_with(MOTIVE) {
         // seen from above, z, x and the height y are right-handed as x, y and z are
         for [x, y] in &mut positions {
             [*x, *y] = beside(&names, *x, "z").map_or([*x, *y], |z| [z, *x]);
         }
     }
-    if positions.is_empty() {
-        positions = std::mem::take(&mut markers);
-    }
     let names_balls = |role| find(&names, role).is_some_and(|column| rows.values(column) > 1);
-    let boxes = boxes(&names, names_balls(words::BALLS) || names_balls(PERHAPS_BALLS));
+    let (boxes, is_size) = boxes(&names, names_balls(words::BALLS) || names_balls(PERHAPS_BALLS));
     let mut taken: Vec<usize> = all.iter().flat_map(|(pair, _)| *pair).collect();
     let is_free_angle = |i: &usize| !taken.contains(i) && is_angle(&names[*i]);
     let mut angles: Vec<usize> = (0..names.len()).filter(is_free_angle).collect();
-    taken.extend(boxes.iter().flat_map(|sides| [sides.corner, sides.rest].concat()));
+    taken.extend(boxes.concat().concat());
     let is_free = |column: &usize| !taken.contains(column) && !names[*column].is_empty();
     let [frame, time, shot] = [FRAMES, TIMES, SHOTS].map(|role| find(&names, role));
     let ball = ball(&names, &rows, [frame.or(time), shot], [positions.len(), boxes.len()], is_free);
@@ -306,7 +286,7 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     // ids that a tracker changed after it had lost a ball
     let ball = ball.filter(|ball| !(are_pairs && rows.values(*ball) > 2 && rows.is_whole(*ball)));
     if !boxes.is_empty() {
-        positions = boxes.iter().map(|sides| sides.corner).collect();
+        positions = boxes.iter().map(|[corner, _]| *corner).collect();
     }
     let begins: &[&str] = match (positions.len(), ball) {
         (2, None) => &["cue_", "object_"],
@@ -316,16 +296,16 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     let is_other = |column: &usize| is_free(column) && ![shot, ball].contains(&Some(*column));
     let frame = frame.filter(is_other);
     let time = time.filter(|column| frame.is_none() && is_other(column));
-    let named_as = |name: &str| names.iter().position(|own| own == name);
-    let count = named_as("n").filter(|_| time.is_none());
+    let count = names.iter().position(|name| name == "n").filter(|_| time.is_none());
     // an angle for each ball, or no column is one of angles
     if angles.len() != positions.len() || begins.len() == 1 && ball.is_none() {
         angles.clear();
     }
-    let mut columns = Columns::new();
+    let mut columns = [Columns::new(), Columns::new()];
     let mut add = |key: &str, column: Option<usize>| {
+        let is_doubtful = boxes.is_empty() && (key.ends_with("width") || key.ends_with("height"));
         let name = column.map(|column| Column::Name(heading.names[column].clone()));
-        columns.extend(name.map(|name| (key.to_string(), name)));
+        columns[usize::from(is_doubtful)].extend(name.map(|name| (key.to_string(), name)));
     };
     for (key, column) in [("shot", shot), ("frame", frame.or(count)), ("t", time), ("ball", ball)] {
         add(key, column);
@@ -335,10 +315,8 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
     for (i, (begin, xy)) in begins.iter().zip(&positions).enumerate() {
         let of = |word: &str| beside(&names, xy[0], word);
         let size = |width, height| Some([of(width)?, of(height)?]);
-        let sides = boxes.get(i);
-        let rest =
-            sides.map(|sides| sides.rest).or_else(|| size("width", "height")).or_else(|| size("w", "h"));
-        let is_size = sides.is_none_or(|sides| sides.is_size);
+        let rest = boxes.get(i).map(|[_, rest]| *rest);
+        let rest = rest.or_else(|| size("width", "height")).or_else(|| size("w", "h"));
         for (pair, [x, y]) in [
             (Some(*xy), ["x", "y"]),
             (only(&spreads), ["x_sd", "y_sd"]),
@@ -349,15 +327,14 @@ fn named(text: &str, heading: &Heading) -> Option<Guess> {
             add(&format!("{begin}{y}"), pair.map(|pair| pair[1]));
         }
         add(&format!("{begin}angle"), angles.get(i).copied());
-        let single = || named_as("likelihood").filter(|_| begins.len() == 1);
-        add(&format!("{begin}likelihood"), of("likelihood").or_else(single));
+        add(&format!("{begin}likelihood"), of("likelihood"));
     }
     if angles.iter().any(|column| heading.units[*column].is_none()) {
         let most = angles.iter().map(|column| rows.largest(*column)).fold(0.0, f64::max);
         let unit = if most > MAX_RADIANS { "deg" } else { "rad" };
-        columns.insert("angle_unit".to_string(), Column::Name(unit.to_string()));
+        columns[0].insert("angle_unit".to_string(), Column::Name(unit.to_string()));
     }
-    Some(Guess { columns, is_size_doubtful: boxes.is_empty() })
+    Some(columns)
 }
 
 /// Returns the column of balls beside those of times and shots; an uncertain one if rows differ.

@@ -189,13 +189,11 @@ impl Grid {
         frames.iter().map(|frame| self.times[0] + frame / rate).collect()
     }
 
-    /// Returns whether the typical spacing fits this rate or, of a varying clock, the mean.
+    /// Returns whether the typical spacing fits this rate.
     fn fits(&self, rate: f64) -> bool {
         let count = self.times.len() as f64;
         let slack = (2.0 * self.resolution / (count * self.spacing)).min(0.1);
-        let mean = self.length() / (count - 1.0).max(1.0);
-        let fits = |spacing: f64| (spacing * rate - 1.0).abs() <= MAX_OFF + slack;
-        self.spacing.is_nan() || fits(self.spacing) || fits(mean)
+        self.spacing.is_nan() || (self.spacing * rate - 1.0).abs() <= MAX_OFF + slack
     }
 
     /// Returns the times of the camera at `fps` if those of the file follow `rate`: frame number /

@@ -56,14 +56,6 @@ pub(super) enum Kind {
     Motion,
 }
 
-/// The columns of a box: a corner, and its size or else the other corner.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sides {
-    pub(crate) corner: [usize; 2],
-    pub(crate) rest: [usize; 2],
-    pub(crate) is_size: bool,
-}
-
 fn words(name: &str) -> Vec<String> {
     let small = name.to_lowercase();
     let words = small.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
@@ -147,28 +139,29 @@ pub(super) fn beside(names: &[String], x: usize, word: &str) -> Option<usize> {
     replaced(names, x, word).map(|(column, _)| column)
 }
 
-/// Returns the box, or both boxes of a wide table, that names describe, if certain: two corners
-/// belong to a box if a column names the ball of the row.
-pub(super) fn boxes(names: &[String], names_ball: bool) -> Vec<Sides> {
+/// Returns the box, or both boxes of a wide table, that names describe, if certain: the columns of a
+/// corner, and of the size (flag) or the other corner. Two corners belong to a box if a column names
+/// the ball of the row.
+pub(super) fn boxes(names: &[String], names_ball: bool) -> (Vec<[[usize; 2]; 2]>, bool) {
     let plain: Vec<String> = names.iter().map(|name| words(name).concat()).collect();
     for (sides, is_size, are_certain) in SIDES {
         let begins = plain.iter().filter_map(|name| name.strip_suffix(sides[0]));
         let of = |begin: &&str| {
             let at = |side: &str| plain.iter().position(|name| name.strip_prefix(begin) == Some(side));
             let [Some(x), Some(y), Some(other_x), Some(other_y)] = sides.map(at) else { return None };
-            Some(Sides { corner: [x, y], rest: [other_x, other_y], is_size })
+            Some([[x, y], [other_x, other_y]])
         };
-        let (begins, found): (Vec<&str>, Vec<Sides>) =
+        let (begins, found): (Vec<&str>, Vec<_>) =
             begins.filter_map(|begin| Some((begin, of(&begin)?))).unzip();
         // x1, y1, x2, y2 of each of two balls
         let are_two = found.len() == 2 && begins.iter().all(|begin| !begin.is_empty());
         let is_stated = |begin: &&str| BOXES.iter().any(|prefix| begin.ends_with(prefix));
         let are_corners = !is_size && (names_ball || are_two);
         if (1..=2).contains(&found.len()) && (are_certain || are_corners || begins.iter().all(is_stated)) {
-            return found;
+            return (found, is_size);
         }
     }
-    Vec::new()
+    (Vec::new(), true)
 }
 
 worded! {
@@ -240,36 +233,33 @@ impl Unit {
     }
 }
 
-/// Notation of a time: h:mm:ss.fff, or h:mm:ss:cs with a colon, and the number of its last digits.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Style {
+/// A time of a clock, h:mm:ss.fff, or h:mm:ss:cs with a colon before its last digits.
+pub(super) struct Clock {
+    /// Seconds since midnight, or since the clock began.
+    pub(crate) seconds: f64,
     pub(crate) has_colon: bool,
     pub(crate) digits: usize,
 }
 
-/// Returns the seconds since midnight (or since the clock began), and their notation.
-pub(super) fn seconds(cell: &str) -> Option<(f64, Style)> {
-    let (time, is_dated) = without_date(cell.trim());
-    let has_colon = !is_dated && !time.contains(['.', ',']);
-    let (clock, part) = if has_colon {
+pub(super) fn clock(cell: &str) -> Option<Clock> {
+    let is_date = |date: &str| date.len() == 10 && date.bytes().filter(u8::is_ascii_digit).count() == 8;
+    let dated = cell.trim().split_once(['T', ' ']).filter(|(date, _)| is_date(date));
+    // without the date and the zone
+    let time = dated.map(|(_, time)| time.split(['Z', '+', '-']).next().unwrap_or(time));
+    let time = time.unwrap_or(cell).trim();
+    let has_colon = dated.is_none() && !time.contains(['.', ',']);
+    let (whole, part) = if has_colon {
         time.rsplit_once(':').filter(|(_, part)| (2..=3).contains(&part.len()))?
     } else {
         time.rsplit_once(['.', ',']).unwrap_or((time, ""))
     };
     let number = |text: &str| text.parse::<u32>().ok().filter(|_| !text.starts_with('+')).map(f64::from);
-    let parts: Vec<f64> = clock.split(':').map(number).collect::<Option<_>>()?;
+    let parts: Vec<f64> = whole.split(':').map(number).collect::<Option<_>>()?;
     if !(2..=3).contains(&parts.len()) || parts[1..].iter().any(|part| *part >= 60.0) {
         return None;
     }
     let whole = parts.iter().fold(0.0, |sum, part| 60.0 * sum + part);
     let fraction = if part.is_empty() { 0.0 } else { number(part)? };
     let digits = part.len();
-    Some((whole + fraction / 10.0_f64.powi(digits as i32), Style { has_colon, digits }))
-}
-
-/// Returns `2024-05-01T12:00:00Z` without the date and the zone, and whether there was a date.
-fn without_date(cell: &str) -> (&str, bool) {
-    let is_date = |date: &str| date.len() == 10 && date.bytes().filter(u8::is_ascii_digit).count() == 8;
-    let dated = cell.split_once(['T', ' ']).filter(|(date, _)| is_date(date));
-    dated.map_or((cell, false), |(_, time)| (time.split(['Z', '+', '-']).next().unwrap_or(time).trim(), true))
+    Some(Clock { seconds: whole + fraction / 10.0_f64.powi(digits as i32), has_colon, digits })
 }
