@@ -146,13 +146,12 @@ impl Table {
         }
     }
 
-    /// Returns the number of observations, less the speeds that they determine, and the free
+    /// Returns the number of observations and the free
     /// unknowns without a prior.
     fn count(problem: &Problem) -> (usize, Vec<Id>) {
         let free = problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free);
         let unknowns = free.filter(|unknown| unknown.prior.is_none()).map(|unknown| unknown.id);
-        let of_shot = |shot: &RowShot| shot.rows.len() - shot.own_unknowns_without_prior();
-        let numbers = problem.rows().map_or(0, |rows| rows.shots.iter().map(of_shot).sum());
+        let numbers = problem.rows().map_or(0, |rows| rows.shots.iter().map(|shot| shot.rows.len()).sum());
         (numbers, unknowns.collect())
     }
 
