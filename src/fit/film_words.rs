@@ -10,7 +10,7 @@ use super::film::FittedFilm;
 use crate::film::frame_noise::constant_axis;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
-use crate::problem::{DiscImpact, Finding, Id, Quantity, Severity, Solution};
+use crate::problem::{DiscImpact, Finding, Id, Severity, Solution};
 use crate::words::Sentences;
 
 /// The words of every remark, by its kind.
@@ -218,7 +218,7 @@ pub(super) fn of_discs(solution: &Solution, shots: &[(TrackShot, DiscImpact)]) -
 
 /// Returns whether frames about an impact are missing.
 fn misses_frames(track: &TrackShot, impact: &DiscImpact) -> bool {
-    let Some(time) = impact.get(Quantity::Time) else { return false };
+    let Some(time) = impact.get("impact_time_s") else { return false };
     [&track.cue, &track.object].into_iter().any(|samples| {
         let after = samples.partition_point(|sample| sample.t < time.value);
         let before = after.checked_sub(1).and_then(|i| samples.get(i));

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::block::{DiscBlock, PointTrack, ShotFrames, places_of_inputs};
-use super::impact::{DiscImpact, Quantity, find_doubts};
+use super::impact::{DiscImpact, find_doubts};
 use super::lines::LEAST;
-use super::motion::{INPUTS, locate};
+use super::motion::{Dual, INPUTS, locate};
 use super::own::{self, LAW, LEAST_SHOTS};
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::problem::block::Block;
@@ -252,17 +252,17 @@ fn list_impacts(solution: &Solution, film: (f64, Point)) -> Result<Vec<DiscImpac
         let places = places_of_inputs(own.len());
         let inputs = all.select_rows(&places).select_columns(&places);
         let inputs = inputs.fixed_view::<INPUTS, INPUTS>(0, 0);
-        let mut values = motion.quantities(shot, &block.discs).map(|quantity| {
-            let (value, by) = (quantity?.re, gradient(&quantity?));
-            Some(Measured { value, sd: Some(by.dot(&(inputs * by)).max(0.0).sqrt()) })
-        });
-        if let (Some(ratio), Some(_)) = (&mut values[Quantity::MassRatio as usize], block.discs.masses) {
-            // stated, not measured
-            ratio.sd = None;
-        }
-        if let Some(stuck) = &shot.stuck {
-            values[Quantity::Restitution as usize] = Some(stuck.restitution);
-        }
+        let measure = |(column, quantity): (&'static str, Option<Dual>)| {
+            let of_frames = |quantity: Dual| {
+                let by = gradient(&quantity);
+                let is_stated = column == "mass_ratio" && block.discs.masses.is_some();
+                let sd = (!is_stated).then(|| by.dot(&(inputs * by)).max(0.0).sqrt());
+                Measured { value: quantity.re, sd }
+            };
+            let of_stuck = shot.stuck.map(|stuck| stuck.restitution).filter(|_| column == "e");
+            (column, of_stuck.or_else(|| quantity.map(of_frames)))
+        };
+        let values = motion.quantities(shot, &block.discs).into_iter().map(measure).collect();
         let used = |track: &PointTrack| -> Vec<(usize, f64)> {
             track.frames.iter().filter(|frame| frame.used).map(|frame| (track.disc, frame.time)).collect()
         };
