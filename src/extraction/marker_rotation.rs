@@ -20,8 +20,6 @@ pub(crate) struct Rotation {
     pub(crate) spin: Vec3,
     /// Its standard errors, rad/s: from the noise of the markers and of the ball's centre.
     pub(crate) sd: [f64; 3],
-    /// Number of marker positions used.
-    pub(crate) positions: usize,
 }
 
 /// A marker in one frame.
@@ -113,11 +111,7 @@ fn measure(spots: &[Vec<Seen>], stated: bool) -> Option<Rotation> {
             let inverse = matrix.cholesky()?.inverse();
             let sd = [0, 1, 2].map(|axis| (scale * inverse[(axis, axis)]).sqrt());
             let spin = Vec3::new(x[0], x[1], x[2]);
-            return sd.iter().all(|sd| sd.is_finite()).then_some(Rotation {
-                spin,
-                sd,
-                positions: numbers / 2,
-            });
+            return sd.iter().all(|sd| sd.is_finite()).then_some(Rotation { spin, sd });
         }
         let mut is_wrong = residuals.as_slice().chunks(2).map(|xy| xy.iter().any(|r| r.abs() > limit));
         for marker in &mut markers {
@@ -234,7 +228,6 @@ mod tests {
             let found = measure(&spots, true).unwrap();
             // steps of a frame, midpoint rule: (slowing × spin) Δt² / 12 per second
             assert!((found.spin - SPIN).norm() < 1e-3, "{}", found.spin);
-            assert_eq!(found.positions, spots[0].len());
             assert!(found.sd.iter().all(|sd| (1e-6..10.0).contains(&(sd * sd))));
         }
     }

@@ -16,7 +16,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::initial_guess::{MAX_RESIDUAL, approach};
+use super::initial_guess::approach;
 use crate::measurement::dataset::Measured;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
@@ -33,6 +33,9 @@ const MIN_FRAMES: usize = 10;
 
 /// Least number of degrees of freedom of the paths that determines a correlation.
 const MIN_FREEDOM: usize = 100;
+
+/// Largest root mean square residual of a path of the right shape, in units of the noise.
+const MAX_RESIDUAL: f64 = 3.0;
 
 /// Number of correlations that are tried, from 0 on to below 1.
 const TRIED: usize = 50;
@@ -78,7 +81,7 @@ pub(crate) fn noise_correlation(shots: &[TrackShot]) -> Option<Measured> {
 /// Returns x and y of the cue ball in the last even frames before the impact.
 fn paths(shot: &TrackShot) -> Option<[DVector<f64>; 2]> {
     let frame = shot.fps.recip();
-    let until = approach(shot)?.until - 0.5 * frame;
+    let until = approach(shot)?[0] - 0.5 * frame;
     let before = &shot.cue[..shot.cue.partition_point(|s| s.t < until)];
     let is_even = |two: &[Sample]| {
         (two[1].t - two[0].t - frame).abs() < 0.1 * frame && (two[0].x != two[1].x || two[0].y != two[1].y)
