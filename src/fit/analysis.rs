@@ -10,7 +10,7 @@ use super::request::Request;
 use super::{Fit, FitError, Options, film_words, of_discs, of_film, of_rows};
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::measurement::track::TrackShot;
-use crate::problem::{DiscImpact, FilmError, Id, MeasuredDiscs, Modelling, Policy, fit_film, measure_discs};
+use crate::problem::{DiscImpact, FilmError, Id, Modelling, Policy, fit_film, measure_discs};
 
 /// Fits a data set of any kind, as `caromfit fit` does, of films all frames at once, with the
 /// camera: one fit, or one for each label of the column that `[fit] by` names, in the order in
@@ -143,7 +143,7 @@ pub struct ExtractedDiscs {
 /// Measures the impacts of a film of discs: e, J_t/J_n, spins and balance of momentum of each shot
 /// may be any, and all shots share the camera. Other data sets yield no impacts.
 pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
-    let MeasuredDiscs { solution, impacts } = match measure_discs(&dataset, &Policy::default()) {
+    let (solution, impacts) = match measure_discs(&dataset, &Policy::default()) {
         Ok(measured) => measured,
         Err(error) => {
             leave_out(&mut dataset, error);

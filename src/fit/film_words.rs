@@ -201,15 +201,12 @@ pub(super) fn of_shots(name: &str, shots: usize, of: usize) -> Option<Remark> {
 /// Returns what was found on the way to the impacts of discs.
 pub(super) fn of_discs(solution: &Solution, shots: &[(TrackShot, DiscImpact)]) -> Vec<Remark> {
     let of = shots.len();
-    let touching = shots.iter().map(|(_, impact)| impact.touching).filter(|frames| *frames > 0);
-    let (count, longest) = (touching.clone().count(), touching.max());
-    let touching =
-        longest.and_then(|longest| note("measured/touching", context! { shots => count, of, longest }));
+    let touching = shots.iter().filter(|(_, impact)| impact.touches).count();
     let missing = shots.iter().filter(|(track, impact)| misses_frames(track, impact)).count();
     let flat = shots.iter().filter(|(track, _)| constant_axis(track).is_some()).count();
     let all = [
         slowing(solution),
-        touching,
+        of_shots("measured/touching", touching, of),
         of_shots("measured/missing-frames", missing, of),
         of_shots("measured/one-dimension", flat, of),
     ];

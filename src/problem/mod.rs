@@ -46,7 +46,7 @@ mod unknowns;
 
 pub use discs::impact::DiscImpact;
 pub(crate) use discs::law::{DiscFit, fit_discs};
-pub(crate) use discs::measure::{MeasuredDiscs, measure_discs};
+pub(crate) use discs::measure::measure_discs;
 pub(crate) use discs::own::Component;
 pub(crate) use film::camera::Camera;
 pub use film::film_data::FilmError;

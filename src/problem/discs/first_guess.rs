@@ -159,7 +159,6 @@ impl Guessed {
             flat: *flat,
             stuck: *stuck,
             position_sd,
-            touching: 0,
             outliers: 0,
             reach: 0.0,
             tried: Some(Vec::new()),

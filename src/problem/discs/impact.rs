@@ -43,9 +43,8 @@ pub struct DiscImpact {
     pub(crate) outliers: usize,
     /// First and last instant that was used, s.
     pub(crate) window: [f64; 2],
-    /// Number of frames on either side of the impact in which the discs still touch; 0 if the
-    /// frames next to it are on the paths.
-    pub(crate) touching: usize,
+    /// Whether the discs still touch in frames next to the impact, which are off the paths.
+    pub(crate) touches: bool,
     /// Radii of the discs; if they are not stated, half the distance of the centres at the impact,
     /// m.
     pub(crate) radii: [f64; 2],

@@ -2,12 +2,11 @@
 //! several starts, after the outcome of each shot was measured without a law.
 
 use super::impact::DiscImpact;
-use super::measure::{MeasuredDiscs, ROUNDS, measure, settle, solve};
+use super::measure::{ROUNDS, measure, settle, solve};
 use super::motion::Friction;
 use super::own::{Component, LAW};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::{Compliance, Settings};
-use crate::numerics::SIGNIFICANT;
 use crate::problem::false_shots::{Squares, judge};
 use crate::problem::film::causes::explain;
 use crate::problem::film::film_data::FilmError;
@@ -15,15 +14,15 @@ use crate::problem::film::priors::list_contact;
 use crate::problem::findings::Finding;
 use crate::problem::minimise::{different, grid};
 use crate::problem::policy::Policy;
-use crate::problem::problem::{Evaluation, Problem, State, split_names};
+use crate::problem::problem::{Evaluation, State, split_names};
 use crate::problem::solution::Solution;
 use crate::problem::sums::Scattered;
-use crate::problem::unknowns::{Id, Mode, Own, Unknown};
+use crate::problem::unknowns::{Id, Mode, Unknown};
 
 /// Smallest κ of a compliant contact.
 const LEAST_KAPPA: f64 = 0.1;
 
-/// Values of μ and κ from which descents begin: the likeliest ones.
+/// Values of κ from which descents begin: the likeliest ones.
 const STARTS: usize = 4;
 
 /// Shots that determine a compliance at least, twice its three unknowns: in 37 films each of 3, 5,
@@ -31,7 +30,6 @@ const STARTS: usize = 4;
 const LEAST_SHOTS: usize = 6;
 
 /// The fit of films of discs.
-#[derive(Clone)]
 pub(crate) struct DiscFit {
     /// The minimum. Its first sample is of the shots that determine the law.
     pub(crate) solution: Solution,
@@ -49,7 +47,7 @@ pub(crate) struct DiscFit {
 /// # Errors
 /// See [`FilmError`].
 pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, FilmError> {
-    let MeasuredDiscs { solution: mut free, impacts } = measure(dataset, policy)?;
+    let (mut free, impacts) = measure(dataset, policy)?;
     let faults: Vec<Option<String>> = impacts.iter().map(|impact| impact.find_fault(policy)).collect();
     let reasons =
         impacts.iter().zip(&faults).filter_map(|(impact, fault)| Some((impact.name.clone(), fault.clone()?)));
@@ -133,7 +131,9 @@ fn choose_law(
     bounds[0] = bounds[0].max(LEAST_KAPPA);
     if !shows_friction {
         law[Id::Kappa as usize].start = 0.0;
-        [Id::Mu, Id::Kappa].into_iter().for_each(|id| law[id as usize].mode = Mode::Fixed);
+        for id in [Id::Mu, Id::Kappa] {
+            law[id as usize].mode = Mode::Fixed;
+        }
     }
     let stated = fit_law(free, &law)?;
     if settings.compliance != Compliance::Auto || shots < LEAST_SHOTS || !shows_friction {
@@ -150,9 +150,8 @@ fn choose_law(
     Ok((compliant, Some(Finding::Compliance { kappa, shots, fall, adopted: true })))
 }
 
-/// Descends with these unknowns of the law from the values of μ and κ, of each κ the likeliest, by
-/// which the measured J_t/J_n are likely, first with the spreads before the frames are seen, then
-/// with spreads of their own; returns the minima, the likeliest first.
+/// Descends with these unknowns of the law from the likeliest μ of the likeliest values of κ; returns
+/// the minima, the likeliest first.
 fn fit_law(free: &Solution, law: &[Unknown]) -> Result<Vec<Solution>, FilmError> {
     let (mut problem, mut first) = (free.problem.clone(), free.at.state.clone());
     problem.discs_mut().ok_or(FilmError::NoFilm)?.has_law = true;
@@ -161,29 +160,17 @@ fn fit_law(free: &Solution, law: &[Unknown]) -> Result<Vec<Solution>, FilmError>
         first.shared[id] = law[id as usize].start;
     }
     let likeliest = |of_kappa: Vec<State>| {
-        let all = of_kappa.into_iter().map(|state| (misfit(&problem, &state), state));
-        all.min_by(|a, b| a.0.total_cmp(&b.0))
+        let all = of_kappa.into_iter().map(|state| problem.evaluate(state));
+        all.min_by(|a, b| a.cost.total_cmp(&b.cost))
     };
-    let mut starts: Vec<(f64, State)> = grid(&problem, &first).into_iter().filter_map(likeliest).collect();
-    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let ends = starts.into_iter().take(STARTS).map(|(_, start)| problem.descend(start).end);
-    let mut ends: Vec<Evaluation> = ends.filter(|end| end.cost.is_finite()).collect();
-    ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let ends = different(&problem, ends, |end| &end.state).into_iter();
-    let fits = ends.map(|end| settle(problem.clone(), end.state));
-    let mut fits: Vec<Solution> = fits.collect::<Result<_, _>>()?;
+    let mut starts: Vec<Evaluation> = grid(&problem, &first).into_iter().filter_map(likeliest).collect();
+    starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let starts = starts.into_iter().take(STARTS);
+    let fits = starts.filter_map(|start| settle(problem.clone(), start.state).ok());
+    let mut fits: Vec<Solution> = fits.filter(|fit| fit.at.cost.is_finite()).collect();
     fits.sort_by(|a, b| unlikely(a).total_cmp(&unlikely(b)));
     let fits = different(&problem, fits, Solution::state);
-    if fits.is_empty() { Err(FilmError::NoStart) } else { Ok(fits) }
-}
-
-/// Returns how far J_t/J_n of the shots are off the law, in squares of their scatter; outlying shots
-/// count no more than significant ones.
-fn misfit(problem: &Problem, state: &State) -> f64 {
-    let Some(block) = problem.discs() else { return f64::NAN };
-    let of_shot = |(i, own): (usize, &Own)| block.deviations(i, own, &state.shared);
-    let all = state.own[0].iter().enumerate().flat_map(of_shot).filter(|number| number.spread == 1);
-    all.map(|number| (number.value / block.spreads[1].sd).powi(2).min(SIGNIFICANT * SIGNIFICANT)).sum()
+    if fits.is_empty() { Err(FilmError::Undetermined) } else { Ok(fits) }
 }
 
 /// Returns −2 log L up to a constant, with the own unknowns integrated.

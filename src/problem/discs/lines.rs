@@ -19,7 +19,6 @@ const NEAR: usize = 12;
 /// Frames, besides a gap in the tracks, by which the instant differs from that of the frame in
 /// which the discs are nearest.
 const FARTHEST: f64 = 2.0;
-const ROUNDS: usize = 4;
 
 /// Part of itself by which the relative velocity changes at least.
 const MIN_VELOCITY_CHANGE: f64 = 1e-3;
@@ -98,15 +97,7 @@ impl Meeting {
         let mut meeting = beside(nearest.ok_or(Unusable::NoCollision(bodies))?.0)?;
         let steps = discs.iter().flat_map(|samples| samples.windows(2)).map(|two| two[1].t - two[0].t);
         let farthest = steps.fold(FARTHEST * frame, f64::max);
-        for _ in 0..ROUNDS {
-            let late = meeting.crossing();
-            if late.abs() <= FARTHEST * frame {
-                break;
-            }
-            // beyond a gap: the frames on either side are then others
-            meeting = beside(meeting.time + late.clamp(-farthest, farthest))?;
-        }
-        let late = meeting.crossing().clamp(-FARTHEST * frame, FARTHEST * frame);
+        let late = meeting.crossing().clamp(-farthest, farthest);
         meeting.time += late;
         for [place, velocity] in meeting.lines.iter_mut().flatten() {
             *place += *velocity * late;

@@ -185,7 +185,7 @@ impl Table {
         let is_unequal = |(pool, noise): &(&Pool, &Noise)| {
             // noise is at least what rounding hides
             let least = (pool.rounding / noise.sd).powi(2);
-            let own = found.iter().filter(|found| pool.observables.contains(&found.observables[0]));
+            let own = found.iter().filter(|found| pool.observables.contains(&found.pool.observables[0]));
             let own = own.map(|found| (found.square.max(found.dof * least), found.dof));
             let own: Vec<(f64, f64)> = own.filter(|(_, dof)| *dof >= MIN_DOF_OF_BARTLETT).collect();
             compare_variances(&own).is_some_and(|p| p < policy.improbable)
@@ -295,11 +295,9 @@ const VANISHES: f64 = 1.0 + 1e-6;
 /// Noise of the numbers of a table whose errors are not stated.
 #[derive(Clone, Debug)]
 pub(crate) struct TableNoise {
-    pub(crate) observables: Vec<Observable>,
+    pub(crate) pool: Pool,
     /// Standard deviation, SI or radians.
     pub(crate) sd: f64,
-    /// Standard deviation of the rounding of the columns, which is the least that `sd` can be.
-    pub(crate) rounding: f64,
     /// Sum of their squared residuals over the variance.
     pub(crate) square: f64,
     /// Numbers less what they spend on unknowns.
@@ -317,9 +315,8 @@ pub(super) fn list_noises(problem: &Problem, at: &Evaluation, estimates: &Estima
         let (NoiseSums { count, weighted, .. }, sd) = (sums[which], rows.noises[which].sd);
         let dof = count - spent[which];
         TableNoise {
-            observables: pool.observables.clone(),
+            pool: pool.clone(),
             sd,
-            rounding: pool.rounding,
             square: weighted,
             dof,
             is_known: dof >= MIN_DOF_OF_NOISE && (pool.rounding > 0.0 || sd > VANISHES * pool.least()),
