@@ -2,7 +2,7 @@
 //! that belongs to the shot: balls that come off a cushion, or off another ball, shortly before or
 //! after the impact have a corner in their path.
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
 
 use super::unusable::{Bodies, Unusable};
 use crate::film::frame_noise::noise;
@@ -13,11 +13,15 @@ use crate::numerics::{SIGNIFICANT, median};
 /// Distance from its place of rest at which the object ball has moved, in standard deviations.
 const MIN_MOVED_ERRORS: f64 = 6.0;
 
-/// Minimum number of frames of each ball on either side.
+/// Minimum number of frames of each ball on either side, for a line and for a parabola.
 const MIN_FRAMES: usize = 3;
+const MIN_PARABOLA_FRAMES: usize = 5;
 
 /// Number of frames next to the impact that give the first guess of a velocity.
 const NEAR_FRAMES: usize = 12;
+
+/// Largest root mean square residual of a path of the right shape, in units of the noise.
+pub(super) const MAX_RESIDUAL: f64 = 3.0;
 
 /// Least speed of a moving object ball as a part of the cue ball's.
 const MIN_MOVING_PART: f64 = 0.003;
@@ -42,11 +46,13 @@ pub(crate) struct FirstGuess {
     pub(crate) distance: f64,
 }
 
-/// A straight line through samples by least squares: place and velocity at a time.
+/// A straight line or a parabola through samples by least squares: place, velocity and acceleration
+/// at a time.
 pub(super) struct Path {
     at: f64,
     position: Point,
     pub(crate) velocity: Point,
+    acceleration: Point,
     /// Standard error of the velocity for unit noise.
     error: f64,
 }
@@ -56,21 +62,52 @@ fn place(sample: &Sample) -> Point {
 }
 
 impl Path {
+    /// Returns the path with (1) or without (0) an acceleration; `None` if the samples do not
+    /// determine it.
+    fn fit(samples: &[Sample], at: f64, bend: f64) -> Option<Self> {
+        let powers = |s: &Sample| Vector3::new(1.0, s.t - at, 0.5 * bend * (s.t - at).powi(2));
+        let mut normal = samples.iter().map(|s| powers(s) * powers(s).transpose()).sum::<Matrix3<f64>>();
+        normal[(2, 2)] += 1.0 - bend;
+        let moments = samples.iter().map(|s| powers(s) * place(s).transpose()).sum::<Matrix3x2<f64>>();
+        let inverse = normal.try_inverse()?;
+        let found = inverse * moments;
+        let [position, velocity, acceleration] = [0, 1, 2].map(|i| found.row(i).transpose());
+        let path = Self { at, position, velocity, acceleration, error: inverse[(1, 1)].sqrt() };
+        (found.iter().all(|c| c.is_finite()) && path.error.is_finite()).then_some(path)
+    }
+
     /// Returns the line through samples, or a place at rest if all are of one instant.
     pub fn line(samples: &[Sample], at: f64) -> Self {
-        let powers = |s: &Sample| Vector2::new(1.0, s.t - at);
-        let normal: Matrix2<f64> = samples.iter().map(|s| powers(s) * powers(s).transpose()).sum();
-        let moments: Matrix2<f64> = samples.iter().map(|s| powers(s) * place(s).transpose()).sum();
-        let Some(inverse) = normal.try_inverse() else {
+        let still = || {
             let position = samples.iter().map(place).sum::<Point>() / samples.len() as f64;
-            return Self { at, position, velocity: Point::zeros(), error: f64::INFINITY };
+            let (velocity, acceleration) = (Point::zeros(), Point::zeros());
+            Self { at, position, velocity, acceleration, error: f64::INFINITY }
         };
-        let [position, velocity] = [0, 1].map(|i| (inverse * moments).row(i).transpose());
-        Self { at, position, velocity, error: inverse[(1, 1)].sqrt() }
+        Self::fit(samples, at, 0.0).unwrap_or_else(still)
+    }
+
+    /// Returns the path through samples, the nearest to the impact first, about a time: a straight
+    /// line, or a parabola if the line's residuals exceed the noise.
+    fn near(samples: &[Sample], at: f64, noise: f64) -> Self {
+        let fits = |path: &Self, samples: &[Sample]| {
+            let square = samples.iter().map(|sample| path.off(sample).powi(2)).sum::<f64>();
+            (square / (2 * samples.len()) as f64).sqrt() <= MAX_RESIDUAL * noise
+        };
+        let straight = Self::line(samples, at);
+        if fits(&straight, samples) {
+            return straight;
+        }
+        // a ball that begins to roll, or lands, does not follow one parabola
+        let parabola = |count: usize| {
+            let bent = Self::fit(&samples[..count], at, 1.0);
+            bent.filter(|bent| count == MIN_PARABOLA_FRAMES || fits(bent, &samples[..count]))
+        };
+        (MIN_PARABOLA_FRAMES..=samples.len()).rev().find_map(parabola).unwrap_or(straight)
     }
 
     fn off(&self, sample: &Sample) -> f64 {
-        (place(sample) - self.position - self.velocity * (sample.t - self.at)).norm()
+        let t = sample.t - self.at;
+        (place(sample) - self.position - self.velocity * t - self.acceleration * (0.5 * t * t)).norm()
     }
 
     /// Returns the largest distance of a sample from the path.
@@ -80,9 +117,31 @@ impl Path {
 
     /// Returns the time at which the path is nearest to a place.
     fn passes(&self, place: Point) -> Option<f64> {
-        let late = (place - self.position).dot(&self.velocity) / self.velocity.norm_squared();
-        late.is_finite().then_some(self.at + late)
+        /// Newton steps after which the correction of a parabola is far below the noise.
+        const STEPS: usize = 8;
+        let mut t = 0.0;
+        for _ in 0..STEPS {
+            let velocity = self.velocity + self.acceleration * t;
+            let position = self.position + (self.velocity + self.acceleration * (0.5 * t)) * t;
+            t -= (position - place).dot(&velocity) / velocity.norm_squared();
+        }
+        t.is_finite().then_some(self.at + t)
     }
+}
+
+/// Returns the samples without those that stand alone: others fit the two before or after them, as
+/// a good one at the impact does.
+fn steady(samples: &[Sample], noise: f64) -> Vec<Sample> {
+    let fits = |s: &Sample, near: &Sample, far: &Sample| {
+        let part = (s.t - near.t) / (near.t - far.t);
+        let off = (place(s) - place(near) - (place(near) - place(far)) * part).amax();
+        // s − near − (near − far) part, of three independent numbers
+        let error = noise * (1.0 + (1.0 + part).powi(2) + part * part).sqrt();
+        off <= SIGNIFICANT * error + MAX_DECELERATION * (s.t - far.t).powi(2)
+    };
+    let before = |i: usize| i >= 2 && fits(&samples[i], &samples[i - 1], &samples[i - 2]);
+    let after = |i: usize| i + 2 < samples.len() && fits(&samples[i], &samples[i + 1], &samples[i + 2]);
+    (0..samples.len()).filter(|i| before(*i) || after(*i)).map(|i| samples[i]).collect()
 }
 
 /// Returns the medians of x and of y.
@@ -136,15 +195,15 @@ pub(super) fn approach(shot: &TrackShot) -> Option<[f64; 2]> {
     Some([nearest(&shot.cue, &shot.object)? - LAG_FRAMES / shot.fps, 0.0])
 }
 
-/// Returns the first guess from lines through the frames next to the impact.
+/// Returns the first guess from lines and parabolas through the frames next to the impact.
 ///
 /// # Errors
 /// The balls do not meet, the frames are too few, or the object ball moves before.
 pub(crate) fn from_paths(shot: &TrackShot, noise: f64) -> Result<FirstGuess, Unusable> {
     let bodies = Bodies::Balls;
-    let (cue, object) = (&shot.cue[..], &shot.object[..]);
+    let (cue, object) = (steady(&shot.cue, noise), steady(&shot.object, noise));
     if cue.len() < 2 * MIN_FRAMES || object.len() < 2 * MIN_FRAMES {
-        let frames = [cue.len(), object.len()];
+        let frames = [shot.cue.len(), shot.object.len()];
         return Err(Unusable::TooShort { bodies, frames, least: 2 * MIN_FRAMES });
     }
     let lay = middle(&object[..MIN_FRAMES + 2.min(object.len() - MIN_FRAMES)]);
@@ -159,22 +218,22 @@ pub(crate) fn from_paths(shot: &TrackShot, noise: f64) -> Result<FirstGuess, Unu
     // correlated noise has a larger error
     let lasts = shot.frames_alike().sqrt();
     if index < NEAR_FRAMES && start.velocity.norm() > MIN_MOVED_ERRORS * noise * lasts * start.error {
-        return Err(without_start(cue, object, object[0].t, noise));
+        return Err(without_start(&cue, &object, object[0].t, noise));
     }
-    let time = Path::line(after, after[0].t).passes(lay).ok_or(Unusable::NoCollision(bodies))?;
+    let time = Path::near(after, after[0].t, noise).passes(lay).ok_or(Unusable::NoCollision(bodies))?;
 
     let half = 0.5 / shot.fps;
-    let before = &object[..object.partition_point(|s| s.t < time - half).min(index)];
+    let before = &object[..object.partition_point(|s| s.t < time - half)];
     let cue_before = &cue[..cue.partition_point(|s| s.t < time - half)];
     let after = cue.iter().filter(|s| s.t > time + half).take(NEAR_FRAMES).count();
     if before.is_empty() || cue_before.len() < MIN_FRAMES {
-        return Err(without_start(cue, object, time - half, noise));
+        return Err(without_start(&cue, &object, time - half, noise));
     }
     if after < MIN_FRAMES {
         return Err(Unusable::too_few(bodies, [0, 1], after, MIN_FRAMES));
     }
     let arriving: Vec<Sample> = cue_before.iter().rev().take(NEAR_FRAMES).copied().collect();
-    let arriving = Path::line(&arriving, time);
+    let arriving = Path::near(&arriving, time, noise);
     if before.len() >= MIN_FRAMES {
         let [drift, error, seconds] = robust_speed(before);
         // medians of rounded numbers differ by a whole step if the ball lies between two

@@ -16,7 +16,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::initial_guess::approach;
+use super::initial_guess::{MAX_RESIDUAL, approach};
 use crate::measurement::dataset::Measured;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
@@ -33,9 +33,6 @@ const MIN_FRAMES: usize = 10;
 
 /// Least number of degrees of freedom of the paths that determines a correlation.
 const MIN_FREEDOM: usize = 100;
-
-/// Largest root mean square residual of a path of the right shape, in units of the noise.
-const MAX_RESIDUAL: f64 = 3.0;
 
 /// Number of correlations that are tried, from 0 on to below 1.
 const TRIED: usize = 50;

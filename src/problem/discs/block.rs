@@ -78,11 +78,6 @@ pub(crate) struct DiscBlock {
 }
 
 impl DiscBlock {
-    pub fn new(shots: Vec<ShotFrames>, discs: Discs, noise: Vec<Noise>) -> Self {
-        let spreads = spreads(&discs, shots.len());
-        Self { shots: Arc::new(shots), discs, has_law: false, noise, spreads }
-    }
-
     /// Returns the noises of shot `i`.
     pub(super) fn noise_of(&self, i: usize) -> &[Noise] {
         &self.noise[NOISES * i..NOISES * (i + 1)]

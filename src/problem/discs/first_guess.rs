@@ -1,11 +1,13 @@
 //! Conversion of the tracks of a data set to the block of its frames: in metres from the middle of
 //! the impacts, with first guesses.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::block::{DiscBlock, NOISES, PointTrack, ShotFrames};
 use super::lines::{Meeting, Stuck, turning};
-use super::own::{self, CORE, DISTANCE_SD, list_unknowns};
+use super::own::{self, CORE, DISTANCE_SD, list_unknowns, spreads};
 use crate::extraction::{Bodies, Unusable};
 use crate::film::{frame_noise, rigid_body};
 use crate::measurement::dataset::Dataset;
@@ -86,9 +88,10 @@ impl Film<DiscBlock> {
             let sd = unit * (DISTANCE_SD * meeting.relative(0)[0].norm()).max(EXTRAPOLATED * sd);
             [Noise { sd, rho: shot.correlation }; NOISES]
         };
-        let noises = guessed.iter().flat_map(noise).collect();
+        let noise = guessed.iter().flat_map(noise).collect();
         let names = shots.iter().map(|shot| shot.name.clone()).collect();
-        let block = DiscBlock::new(shots, discs, noises);
+        let spreads = spreads(&discs, shots.len());
+        let block = DiscBlock { shots: Arc::new(shots), discs, has_law: false, noise, spreads };
         Ok(Self { block, unknowns, own, names, left_out, findings, unit, middle })
     }
 }

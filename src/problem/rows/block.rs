@@ -51,18 +51,12 @@ pub(crate) struct RowsBlock {
 }
 
 impl RowsBlock {
-    /// Returns a block of shots by least squares, without noises.
-    pub fn new(shots: Vec<RowShot>, contact: &Contact, unknowns: &[Unknown]) -> Self {
-        let block = Self {
-            shots: Arc::new(shots),
-            contact: *contact,
-            width: 0,
-            noises: Vec::new(),
-            pools: Vec::new(),
-            loss: Loss::Squares,
-            losses: Vec::new(),
-        };
-        block.with_unknowns(unknowns)
+    /// Returns a block of shots with a loss, without noises.
+    pub fn new(shots: Vec<RowShot>, contact: &Contact, unknowns: &[Unknown], loss: Loss) -> Self {
+        let (noises, pools, losses) = (Vec::new(), Vec::new(), Vec::new());
+        let (shots, contact) = (Arc::new(shots), *contact);
+        let block = Self { shots, contact, width: 0, noises, pools, loss, losses };
+        block.with_unknowns(unknowns).with_loss(loss)
     }
 
     /// Returns the same shots with the effects that the unknowns of the sample have.

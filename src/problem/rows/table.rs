@@ -87,9 +87,9 @@ impl Table {
             return Err(RowsError::NoShot { left_out });
         }
         check_noise(&rows, &used)?;
-        let mut block = RowsBlock::new(rows, &contact, &unknowns);
+        let loss = choices.loss.unwrap_or(dataset.loss);
+        let mut block = RowsBlock::new(rows, &contact, &unknowns, loss);
         block.group_noises(|_| false);
-        let block = block.with_loss(choices.loss.unwrap_or(dataset.loss));
         let problem = Problem::of_one(Block::Rows(block), unknowns);
         let names = used.iter().map(|shot| shot.name.clone()).collect();
         let mut table = Self { problem, names, left_out, settings, silent: Vec::new(), findings: Vec::new() };
