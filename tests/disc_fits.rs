@@ -151,7 +151,7 @@ fn an_e_that_falls_with_the_closing_speed_is_found() {
     }
     // the slope of points that scatter as these do: σ/√Σ(v − v̄)²
     let shots = fit::extract_discs(dataset).shots;
-    let speed = |shot: &(_, fit::DiscImpact)| shot.1.get(fit::Quantity::ClosingSpeed).unwrap().value;
+    let speed = |shot: &(_, fit::DiscImpact)| shot.1.get("closing_speed").unwrap().value;
     let speeds: Vec<f64> = shots.iter().map(speed).collect();
     let mean = speeds.iter().sum::<f64>() / speeds.len() as f64;
     let spread = speeds.iter().map(|v| (v - mean).powi(2)).sum::<f64>().sqrt();

@@ -1,8 +1,6 @@
 //! What is said of discs that stick, whose friction no model describes, whose masses or rotation are not known, and of shots that
 //! cannot be true. Through the program, as a reader sees it.
 
-use caromfit::fit::Quantity;
-
 use crate::cli::{done_in, refused_in};
 use crate::discs::with_discs;
 use crate::films::pucks::{E, SETTINGS, film_of, load};
@@ -161,6 +159,6 @@ fn shots_that_cannot_be_true_are_doubtful_or_left_out() {
     for (track, impact) in &extracted {
         let odd = impact.doubts().iter().any(|doubt| doubt.contains("mm apart at the contact"));
         assert_eq!(odd, track.name == "2", "{}: {:?}", track.name, impact.doubts());
-        assert!(impact.get(Quantity::ContactDistance).unwrap().value > 0.049);
+        assert!(impact.get("contact_distance_mm").unwrap().value > 49.0);
     }
 }

@@ -185,21 +185,14 @@ fn without_start(cue: &[Sample], object: &[Sample], until: f64, noise: f64) -> U
     }
 }
 
-/// The cue ball before the impact.
-pub(super) struct Approach {
-    /// Time before which all frames show the balls before the impact, s. It is somewhat earlier
-    /// than the time of least distance if the noise hides whether the object ball was at rest.
-    pub(crate) until: f64,
-    /// Speed at the impact, m/s; 0 then.
-    pub(crate) speed: f64,
-}
-
-pub(super) fn approach(shot: &TrackShot) -> Option<Approach> {
+/// Returns the time before which all frames show the balls before the impact (s), and the speed of
+/// the cue ball at the impact (m/s). If the noise hides whether the object ball was at rest, the
+/// time is somewhat earlier than that of least distance, and the speed 0.
+pub(super) fn approach(shot: &TrackShot) -> Option<[f64; 2]> {
     if let Ok(FirstGuess { time, before, .. }) = from_paths(shot, noise(shot)) {
-        return Some(Approach { until: time, speed: before[0].hypot(before[1]) });
+        return Some([time, before[0].hypot(before[1])]);
     }
-    let until = nearest(&shot.cue, &shot.object)? - LAG_FRAMES / shot.fps;
-    Some(Approach { until, speed: 0.0 })
+    Some([nearest(&shot.cue, &shot.object)? - LAG_FRAMES / shot.fps, 0.0])
 }
 
 /// Returns the first guess from lines and parabolas through the frames next to the impact.
@@ -287,7 +280,7 @@ const MIN_TURN_AFTER: f64 = 0.03;
 /// Removes the cue ball's frames up to the last corner before the impact, in the last of which it
 /// may still touch the cushion or ball that turned it; returns whether a corner exists.
 pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot) -> bool {
-    let Some(Approach { until, speed }) = approach(shot) else { return false };
+    let Some([until, speed]) = approach(shot) else { return false };
     let before = &shot.cue[..shot.cue.partition_point(|sample| sample.t < until - 0.5 / shot.fps)];
     let corners = corners(before, SIDE_FRAMES, (shot.fps, noise(shot)), (MIN_TURN * speed, 0.0));
     let Some(corner) = corners.last().map(|last| before[sharpest(&corners, last.at, SIDE_FRAMES)].t) else {

@@ -20,14 +20,26 @@ pub(crate) struct Rotation {
     pub(crate) spin: Vec3,
     /// Its standard errors, rad/s: from the noise of the markers and of the ball's centre.
     pub(crate) sd: [f64; 3],
-    /// Number of marker positions used.
-    pub(crate) positions: usize,
 }
 
-/// A marker's positions from the ball's centre over R, on one side of the impact.
-struct Spot {
-    /// Time from the impact (s), x/R and y/R, standard deviation over R.
-    seen: Vec<(f64, [f64; 2], f64)>,
+/// A marker in one frame.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// Time from the impact, s.
+    time: f64,
+    /// Place from the ball's centre over R.
+    at: [f64; 2],
+    /// Standard deviation over R.
+    sd: f64,
+}
+
+impl Seen {
+    /// Returns the point of the upper half of the unit sphere that is seen at the place.
+    fn lifted(&self) -> Option<Vec3> {
+        let [x, y] = self.at;
+        let square = x * x + y * y;
+        (square < MAX_RADIUS * MAX_RADIUS).then(|| Vec3::new(x, y, (1.0 - square).sqrt()))
+    }
 }
 
 /// Frames on either side of the impact that are used: over these the cloth changes a spin evenly.
@@ -42,51 +54,42 @@ const MAX_ROUNDS: usize = 6;
 /// Maximum number of steps of a descent.
 const MAX_STEPS: usize = 100;
 
-/// Returns a rough angular velocity, rad/s, if the markers' steps from frame to frame determine it.
-fn rough(spots: &[Spot]) -> Option<Vec3> {
+/// Returns a rough angular velocity, rad/s, if the steps of markers from frame to frame determine it.
+fn rough(spots: &[Vec<Seen>]) -> Option<Vec3> {
     // least squares of d₂ − d₁ = (Δt/2) ω × (d₁ + d₂)
     let mut matrix = Matrix3::zeros();
     let mut right = Vec3::zeros();
-    for spot in spots {
-        for pair in spot.seen.windows(2) {
-            let [Some(first), Some(second)] = [lifted(pair[0].1), lifted(pair[1].1)] else { continue };
-            let half = 0.5 * (pair[1].0 - pair[0].0);
-            // ω × s = −[s]× ω
-            let by_spin = -half * (first + second).cross_matrix();
-            matrix += by_spin.transpose() * by_spin;
-            right += by_spin.transpose() * (second - first);
-        }
+    for pair in spots.iter().flat_map(|spot| spot.windows(2)) {
+        let [Some(first), Some(second)] = [pair[0].lifted(), pair[1].lifted()] else { continue };
+        // ω × s = −[s]× ω
+        let by_spin = -0.5 * (pair[1].time - pair[0].time) * (first + second).cross_matrix();
+        matrix += by_spin.transpose() * by_spin;
+        right += by_spin.transpose() * (second - first);
     }
     if !matrix.iter().all(|entry| entry.is_finite()) {
         return None;
     }
-    let svd = matrix.svd(true, true);
-    let (most, least) = (svd.singular_values[0], svd.singular_values[2]);
-    (most > 0.0 && least > EXACT * most).then(|| svd.solve(&right, 0.0).ok()).flatten()
-}
-
-/// Returns the point of the upper half of the unit sphere that is seen at a place.
-fn lifted([x, y]: [f64; 2]) -> Option<Vec3> {
-    let square = x * x + y * y;
-    (square < MAX_RADIUS * MAX_RADIUS).then(|| Vec3::new(x, y, (1.0 - square).sqrt()))
+    let sizes = matrix.symmetric_eigenvalues();
+    (sizes.min() > EXACT * sizes.max()).then(|| Some(matrix.try_inverse()? * right))?
 }
 
 /// Number of unknowns that all markers of a ball share: its angular velocity at the impact, and the
-/// time derivatives of ω_x and ω_y. The two angles of each marker follow.
+/// time derivatives of ω_x and ω_y. The place of each marker follows.
 const SHARED: usize = 5;
 
 /// Fits the angular velocity at the impact, and its constant change with time about horizontal
 /// axes. `stated`: the standard deviations are known, not to be estimated.
-fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
+fn measure(spots: &[Vec<Seen>], stated: bool) -> Option<Rotation> {
     let start = rough(spots)?;
-    let mut markers: Vec<Placed> = spots.iter().filter_map(|spot| Placed::new(spot, &start)).collect();
+    let mut markers: Vec<Placed> =
+        spots.iter().filter_map(|spot| Placed::new(spot.clone(), &start)).collect();
     // the best step of central difference quotients: rounding and curvature err equally
     let step = EXACT.cbrt();
     for _ in 0..MAX_ROUNDS {
-        let positions: usize = markers.iter().map(|marker| marker.seen.len()).sum();
         let mut x = DVector::zeros(SHARED + 2 * markers.len());
         x.rows_mut(0, 3).copy_from(&start);
-        let dof = (2 * positions).checked_sub(x.len()).filter(|dof| *dof > 0)?;
+        let numbers = residuals_of(&markers, &x).len();
+        let dof = numbers.checked_sub(x.len()).filter(|dof| *dof > 0)?;
         let Place { x, matrix, rest: residuals, .. } = descend(x, (MAX_STEPS, EXACT), |x| {
             let slope = |i: usize| {
                 let at = |by: f64| {
@@ -104,77 +107,60 @@ fn measure(spots: &[Spot], stated: bool) -> Option<Rotation> {
         let scale = if stated { 1.0 } else { residuals.norm_squared() / dof as f64 };
         // the worst first: they pull the others off
         let limit = (SIGNIFICANT * scale.sqrt()).max(0.5 * residuals.amax());
+        if residuals.amax() <= limit {
+            let inverse = matrix.cholesky()?.inverse();
+            let sd = [0, 1, 2].map(|axis| (scale * inverse[(axis, axis)]).sqrt());
+            let spin = Vec3::new(x[0], x[1], x[2]);
+            return sd.iter().all(|sd| sd.is_finite()).then_some(Rotation { spin, sd });
+        }
         let mut is_wrong = residuals.as_slice().chunks(2).map(|xy| xy.iter().any(|r| r.abs() > limit));
         for marker in &mut markers {
             marker.seen.retain(|_| !is_wrong.next().unwrap_or(false));
         }
         markers.retain(|marker| !marker.seen.is_empty());
-        if markers.iter().map(|marker| marker.seen.len()).sum::<usize>() == positions {
-            let inverse = matrix.cholesky()?.inverse();
-            let sd = [0, 1, 2].map(|axis| (scale * inverse[(axis, axis)]).sqrt());
-            let spin = Vec3::new(x[0], x[1], x[2]);
-            return sd.iter().all(|sd| sd.is_finite()).then_some(Rotation { spin, sd, positions });
-        }
     }
     None
 }
 
 /// Returns predicted less seen places in standard deviations.
 fn residuals_of(markers: &[Placed], x: &DVector<f64>) -> DVector<f64> {
-    let mut residuals = Vec::new();
-    for (i, marker) in markers.iter().enumerate() {
-        let angles = [x[SHARED + 2 * i], x[SHARED + 2 * i + 1]];
-        for (place, (_, at, sd)) in marker.predict(x, angles).iter().zip(&marker.seen) {
-            residuals.extend([0, 1].map(|axis| (place[axis] - at[axis]) / sd));
-        }
-    }
-    DVector::from_vec(residuals)
+    let of_marker = |(i, marker): (usize, &Placed)| {
+        marker.residuals(x, [SHARED, SHARED + 1].map(|place| x[place + 2 * i]))
+    };
+    DVector::from_vec(markers.iter().enumerate().flat_map(of_marker).collect())
 }
 
 /// A marker in the fit: its frames in the order of their distance from the impact.
 struct Placed {
-    seen: Vec<(f64, [f64; 2], f64)>,
-    /// Approximate place on the ball at the impact.
-    base: Vec3,
+    seen: Vec<Seen>,
+    /// The rotation that brings the z axis to its approximate place on the ball at the impact.
+    base: Rotation3<f64>,
 }
 
 impl Placed {
     /// Returns a marker with its place in the nearest frame in which its height is known, turned
     /// back to the impact.
-    fn new(spot: &Spot, spin: &Vec3) -> Option<Self> {
-        let mut seen = spot.seen.clone();
-        seen.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-        let (time, place) = seen.iter().find_map(|(time, at, _)| Some((*time, lifted(*at)?)))?;
-        Some(Self { base: turn(place, spin * -time), seen })
+    fn new(mut seen: Vec<Seen>, spin: &Vec3) -> Option<Self> {
+        seen.sort_by(|a, b| a.time.abs().total_cmp(&b.time.abs()));
+        let (time, place) = seen.iter().find_map(|seen| Some((seen.time, seen.lifted()?)))?;
+        let base = Rotation3::rotation_between(&Vec3::z(), &(Rotation3::new(spin * -time) * place))?;
+        Some(Self { seen, base })
     }
 
-    /// Returns the places in all frames, for ω and its change with time, and two angles from
-    /// `base`.
-    fn predict(&self, shared: &DVector<f64>, [first, second]: [f64; 2]) -> Vec<Vec3> {
+    /// Returns predicted less seen places in all frames, for ω and its change with time, and the
+    /// marker's distances from its approximate place along two directions.
+    fn residuals(&self, shared: &DVector<f64>, [first, second]: [f64; 2]) -> Vec<f64> {
         let spin = Vec3::new(shared[0], shared[1], shared[2]);
         let change = Vec3::new(shared[3], shared[4], 0.0);
-        let [along, across] = across(&self.base);
-        let mut place = (self.base + along * first + across * second).normalize();
+        let mut place = self.base * Vec3::new(first, second, 1.0).normalize();
         let mut now = 0.0;
-        let at = |(time, ..): &(f64, [f64; 2], f64)| {
-            place = turn(place, (spin + change * (0.5 * (now + time))) * (time - now));
+        let of_frame = |Seen { time, at, sd }: &Seen| {
+            place = Rotation3::new((spin + change * (0.5 * (now + time))) * (time - now)) * place;
             now = *time;
-            place
+            [0, 1].map(|axis| (place[axis] - at[axis]) / sd)
         };
-        self.seen.iter().map(at).collect()
+        self.seen.iter().flat_map(of_frame).collect()
     }
-}
-
-/// Returns two directions perpendicular to another.
-fn across(direction: &Vec3) -> [Vec3; 2] {
-    let other = if direction.z.abs() < 0.9 { Vec3::z() } else { Vec3::x() };
-    let first = direction.cross(&other).normalize();
-    [first, direction.cross(&first)]
-}
-
-/// Rotates a place on the ball by a vector of angles.
-pub(crate) fn turn(place: Vec3, angles: Vec3) -> Vec3 {
-    Rotation3::new(angles) * place
 }
 
 /// Returns the rotations of the cue ball just before the impact and of both balls just after it, of
@@ -187,7 +173,7 @@ pub(crate) fn rotations(shot: &TrackShot, impact: f64, radius: f64, noise: f64) 
         let centres = if ball == TrackedBall::Cue { &shot.cue } else { &shot.object };
         let own = || shot.markers.iter().filter(|marker| marker.ball == ball);
         let spot = |marker: &Marker| spot(&marker.samples, centres, (window, impact), (radius, noise));
-        let spots: Vec<Spot> = own().map(spot).collect();
+        let spots: Vec<Vec<Seen>> = own().map(spot).collect();
         let is_known = |marker: &Marker| marker.samples.iter().all(|sample| sample.sd.is_some());
         let stated = shot.position_sd.is_some() || own().all(is_known);
         measure(&spots, stated)
@@ -201,16 +187,17 @@ fn spot(
     centres: &[Sample],
     ([from, to], impact): ([f64; 2], f64),
     (radius, noise): (f64, f64),
-) -> Spot {
+) -> Vec<Seen> {
     let sd_of = |sample: &Sample| sample.sd.map_or(noise, |[x, y]| 0.5 * (x + y));
     let inside = samples.iter().filter(|sample| (from..=to).contains(&sample.t));
     let seen = inside.filter_map(|sample| {
         let at = centres.partition_point(|centre| centre.t < sample.t - 1e-9);
         let centre = centres.get(at).filter(|centre| (centre.t - sample.t).abs() < 1e-9)?;
         let sd = sd_of(sample).hypot(sd_of(centre)) / radius;
-        Some((sample.t - impact, [(sample.x - centre.x) / radius, (sample.y - centre.y) / radius], sd))
+        let at = [(sample.x - centre.x) / radius, (sample.y - centre.y) / radius];
+        Some(Seen { time: sample.t - impact, at, sd })
     });
-    Spot { seen: seen.collect() }
+    seen.collect()
 }
 
 #[cfg(test)]
@@ -219,49 +206,36 @@ mod tests {
 
     const SPIN: Vec3 = Vec3::new(20.0, -60.0, 35.0);
 
-    #[test]
-    fn turns_are_those_of_rodrigues() {
-        let quarter = turn(Vec3::x(), Vec3::z() * std::f64::consts::FRAC_PI_2);
-        assert!((quarter - Vec3::y()).norm() < 1e-9);
-        // the series joins the closed form
-        for angle in [3.1e-3_f64, 3.2e-3] {
-            let turned = turn(Vec3::x(), Vec3::z() * angle);
-            assert!((turned - Vec3::new(angle.cos(), angle.sin(), 0.0)).norm() < 1e-15);
-        }
-    }
-
     /// Exact positions of a marker on a ball that spins with [`SPIN`] + slowing·t.
-    fn spot() -> Spot {
+    fn spot() -> Vec<Seen> {
         let at = |i: usize| {
             let time = 1e-3 * (i as f64 + 0.4);
             let step = time / 200.0;
             let spin = |n: u32| SPIN + Vec3::new(30.0, 150.0, 0.0) * step * (f64::from(n) + 0.5);
             let start = Vec3::new(0.3, 0.4, 0.75_f64.sqrt());
-            let place = (0..200).fold(start, |place, n| turn(place, spin(n) * step));
-            (place, (time, [place.x, place.y], 1e-4))
+            let place = (0..200).fold(start, |place, n| Rotation3::new(spin(n) * step) * place);
+            (place, Seen { time, at: [place.x, place.y], sd: 1e-4 })
         };
-        let seen = (0..40).map(at).filter(|(place, _)| place.z > 0.1).map(|(_, seen)| seen);
-        Spot { seen: seen.collect() }
+        (0..40).map(at).filter(|(place, _)| place.z > 0.1).map(|(_, seen)| seen).collect()
     }
 
     /// One marker gives the whole angular velocity, also beside one of which every position is
     /// wrong: within 1 ms the ball carries that by 0.052 R, and not by 0.022 R.
     #[test]
     fn one_marker_gives_the_whole_angular_velocity() {
-        let wrong = Spot { seen: vec![(1.4e-3, [0.5, 0.0], 1e-4), (2.4e-3, [0.478, 0.0], 1e-4)] };
-        for spots in [vec![spot()], vec![spot(), wrong]] {
+        let wrong = [(1.4e-3, 0.5), (2.4e-3, 0.478)].map(|(time, x)| Seen { time, at: [x, 0.0], sd: 1e-4 });
+        for spots in [vec![spot()], vec![spot(), wrong.to_vec()]] {
             let found = measure(&spots, true).unwrap();
             // steps of a frame, midpoint rule: (slowing × spin) Δt² / 12 per second
             assert!((found.spin - SPIN).norm() < 1e-3, "{}", found.spin);
-            assert_eq!(found.positions, spots[0].seen.len());
             assert!(found.sd.iter().all(|sd| (1e-6..10.0).contains(&(sd * sd))));
         }
     }
 
     #[test]
     fn a_marker_on_the_axis_and_two_frames_do_not_determine_a_spin() {
-        let on_axis = Spot { seen: (0..20).map(|i| (1e-3 * f64::from(i), [0.0, 0.0], 1e-4)).collect() };
-        let two = Spot { seen: vec![(0.0, [0.3, 0.0], 1e-4), (1e-3, [0.31, 0.0], 1e-4)] };
+        let seen = |i: i32, x: f64| Seen { time: 1e-3 * f64::from(i), at: [x, 0.0], sd: 1e-4 };
+        let (on_axis, two) = ((0..20).map(|i| seen(i, 0.0)).collect(), vec![seen(0, 0.3), seen(1, 0.31)]);
         assert!(measure(&[on_axis], true).is_none() && measure(&[two], true).is_none());
     }
 }

@@ -7,8 +7,6 @@ mod noise_correlation;
 mod unusable;
 
 pub(crate) use initial_guess::{FirstGuess, from_paths, leave_out_after_cushion, leave_out_before_cushion};
-#[cfg(feature = "io")]
-pub(crate) use marker_rotation::turn;
 pub(crate) use marker_rotation::{Rotation, rotations};
 pub(crate) use noise_correlation::{MIN_RHO, noise_correlation};
 pub(crate) use unusable::{Bodies, Unusable};

@@ -78,7 +78,7 @@ pub(crate) fn noise_correlation(shots: &[TrackShot]) -> Option<Measured> {
 /// Returns x and y of the cue ball in the last even frames before the impact.
 fn paths(shot: &TrackShot) -> Option<[DVector<f64>; 2]> {
     let frame = shot.fps.recip();
-    let until = approach(shot)?.until - 0.5 * frame;
+    let until = approach(shot)?[0] - 0.5 * frame;
     let before = &shot.cue[..shot.cue.partition_point(|s| s.t < until)];
     let is_even = |two: &[Sample]| {
         (two[1].t - two[0].t - frame).abs() < 0.1 * frame && (two[0].x != two[1].x || two[0].y != two[1].y)

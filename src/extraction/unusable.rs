@@ -45,11 +45,10 @@ pub(crate) enum Unusable {
     #[error("the object ball was moving before the impact, with {speed:.3} m/s")]
     ObjectMoving { speed: f64 },
     /// Distance of the centres of discs at the impact, its standard error, and the sum of the
-    /// radii, m.
+    /// radii, mm.
     #[error(
-        "the centres are {:.2} ± {:.2} mm apart at the impact, not {:.2} mm (the sum of the radii): check the scale, \
-         the radii and which track is which disc; without radius_m the tracks decide",
-        1e3 * measured, 1e3 * error, 1e3 * expected
+        "the centres are {measured:.2} ± {error:.2} mm apart at the impact, not {expected:.2} mm (the sum of the radii): check the scale, \
+         the radii and which track is which disc; without radius_m the tracks decide"
     )]
     Separation { measured: f64, expected: f64, error: f64 },
     /// Least and largest distance of two points that are stated to be on one disc, mm.

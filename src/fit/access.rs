@@ -142,7 +142,7 @@ impl DiscImpact {
     /// Returns the doubts of its numbers as clauses, also that the discs stick together.
     pub fn doubts(&self) -> Vec<String> {
         let stuck = self.stuck.iter().map(|stuck| stuck.sentence());
-        stuck.chain(self.doubts.iter().map(ToString::to_string)).collect()
+        stuck.chain(self.doubts.iter().cloned()).collect()
     }
 
     /// Returns the number of frames that were left out as wrong.

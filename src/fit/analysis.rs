@@ -10,9 +10,7 @@ use super::request::Request;
 use super::{Fit, FitError, Options, film_words, of_discs, of_film, of_rows};
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::measurement::track::TrackShot;
-use crate::problem::{
-    DiscImpact, FilmError, Id, MeasuredDiscs, Modelling, Policy, Quantity, fit_film, measure_discs,
-};
+use crate::problem::{DiscImpact, FilmError, Id, Modelling, Policy, fit_film, measure_discs};
 
 /// Fits a data set of any kind, as `caromfit fit` does, of films all frames at once, with the
 /// camera: one fit, or one for each label of the column that `[fit] by` names, in the order in
@@ -146,7 +144,7 @@ pub struct ExtractedDiscs {
 /// Measures the impacts of a film of discs: e, J_t/J_n, spins and balance of momentum of each shot
 /// may be any, and all shots share the camera. Other data sets yield no impacts.
 pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
-    let MeasuredDiscs { solution, impacts } = match measure_discs(&dataset, &Policy::default()) {
+    let (solution, impacts) = match measure_discs(&dataset, &Policy::default()) {
         Ok(measured) => measured,
         Err(error) => {
             leave_out(&mut dataset, error);
@@ -198,12 +196,12 @@ fn with_usable_discs(dataset: Dataset) -> Dataset {
                 "{}. What is fitted describes discs that part again; \"caromfit extract\" gives the motion of this shot",
                 stuck.sentence()
             )),
-            None => impact.find_impossible_restitution(&Policy::default()).map(|doubt| doubt.to_string()),
+            None => impact.find_impossible_restitution(&Policy::default()),
         };
         match fault {
             Some(fault) => dataset.left_out.push((track.name, fault)),
             None => {
-                unseen += usize::from(impact.get(Quantity::SlipBefore).is_none());
+                unseen += usize::from(impact.get("slip").is_none());
                 tracks.shots.push(track);
             }
         }

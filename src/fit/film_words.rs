@@ -10,7 +10,7 @@ use super::film::FittedFilm;
 use crate::film::frame_noise::constant_axis;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
-use crate::problem::{DiscImpact, Finding, Id, Policy, Quantity, Severity, Solution};
+use crate::problem::{DiscImpact, Finding, Id, Policy, Severity, Solution};
 use crate::words::Sentences;
 
 /// The words of every remark, by its kind.
@@ -199,15 +199,12 @@ pub(super) fn of_shots(name: &str, shots: usize, of: usize) -> Option<Remark> {
 /// Returns what was found on the way to the impacts of discs.
 pub(super) fn of_discs(solution: &Solution, shots: &[(TrackShot, DiscImpact)]) -> Vec<Remark> {
     let of = shots.len();
-    let touching = shots.iter().map(|(_, impact)| impact.touching).filter(|frames| *frames > 0);
-    let (count, longest) = (touching.clone().count(), touching.max());
-    let touching =
-        longest.and_then(|longest| note("measured/touching", context! { shots => count, of, longest }));
+    let touching = shots.iter().filter(|(_, impact)| impact.touches).count();
     let missing = shots.iter().filter(|(track, impact)| misses_frames(track, impact)).count();
     let flat = shots.iter().filter(|(track, _)| constant_axis(track).is_some()).count();
     let all = [
         slowing(solution),
-        touching,
+        of_shots("measured/touching", touching, of),
         of_shots("measured/missing-frames", missing, of),
         of_shots("measured/one-dimension", flat, of),
     ];
@@ -216,7 +213,7 @@ pub(super) fn of_discs(solution: &Solution, shots: &[(TrackShot, DiscImpact)]) -
 
 /// Returns whether frames about an impact are missing.
 fn misses_frames(track: &TrackShot, impact: &DiscImpact) -> bool {
-    let Some(time) = impact.get(Quantity::Time) else { return false };
+    let Some(time) = impact.get("impact_time_s") else { return false };
     [&track.cue, &track.object].into_iter().any(|samples| {
         let after = samples.partition_point(|sample| sample.t < time.value);
         let before = after.checked_sub(1).and_then(|i| samples.get(i));

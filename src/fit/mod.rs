@@ -35,6 +35,5 @@ pub use verdict::{Grade, Verdict};
 
 pub(crate) use crate::problem::Budget;
 pub use crate::problem::{
-    DiscImpact, FilmError, Id, ParameterEstimate as Estimate, Prediction, Quantity, RowsError, Status,
-    predict,
+    DiscImpact, FilmError, Id, ParameterEstimate as Estimate, Prediction, RowsError, Status, predict,
 };

@@ -16,7 +16,7 @@ use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity};
 use crate::problem::{
-    Component, Deviations, DiscFit, Id, Known, Policy, Quantiles, Quantity, ShiftScore, Slope, fit_discs,
+    Component, Deviations, DiscFit, Id, Known, Policy, Quantiles, ShiftScore, Slope, fit_discs,
 };
 
 /// Number of shots that show how much shots differ.
@@ -103,14 +103,14 @@ fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
     let is_law_shown = !found.undetermined.contains(&Id::Mu);
     let of_shot = |name: &String| {
         let impact = impacts.iter().find(|impact| impact.name == *name)?;
-        let closing = impact.get(Quantity::ClosingSpeed)?.value;
-        let slip = impact.get(Quantity::SlipRatio).map(|slip| slip.value);
+        let closing = impact.get("closing_speed")?.value;
+        let slip = impact.get("slip_ratio").map(|slip| slip.value);
         let e = solution.value(Id::E) - solution.value(Id::ESlope) * closing;
         let slip_of_law = slip.filter(|_| is_law_shown);
         let ratio = slip_of_law.and_then(|slip| solution.impulse_ratio([closing, slip * closing]));
         let all = [
-            (Observable::Restitution, Quantity::Restitution, scatter[0], Some(e)),
-            (Observable::ImpulseRatio, Quantity::ImpulseRatio, scatter[1], ratio),
+            (Observable::Restitution, "e", scatter[0], Some(e)),
+            (Observable::ImpulseRatio, "impulse_ratio", scatter[1], ratio),
         ];
         let rows = all.into_iter().filter_map(|(observable, quantity, scatter, law)| {
             let Measured { value, sd } = impact.get(quantity)?;
@@ -168,7 +168,7 @@ fn chance(slope: &Slope, scores: &[Option<ShiftScore>]) -> Option<f64> {
 fn notes(found: &DiscFit) -> Vec<Remark> {
     let DiscFit { solution, impacts, .. } = found;
     let stuck = impacts.iter().filter(|impact| impact.stuck.is_some()).count();
-    let unseen = impacts.iter().filter(|impact| impact.get(Quantity::SlipBefore).is_none()).count();
+    let unseen = impacts.iter().filter(|impact| impact.get("slip").is_none()).count();
     let others = Component::ALL.iter().zip(found.scatter()).skip(2).filter(|(_, sd)| *sd > 0.0);
     let quantities: Vec<String> = others.map(|(of, sd)| format!("{} {sd:.2e}", of.name)).collect();
     let differ = !quantities.is_empty();
@@ -186,9 +186,9 @@ fn notes(found: &DiscFit) -> Vec<Remark> {
 fn friction_curve(fit: &Fit) -> Vec<[f64; 2]> {
     let is_determined = fit.get(Parameter::Mu).is_some_and(|mu| mu.status != Status::NotIdentified);
     let all = |quantity| fit.disc_shots.iter().filter_map(move |shot| shot.get(quantity));
-    let largest = all(Quantity::SlipRatio).map(|slip| slip.value.abs()).fold(0.0, f64::max);
-    let closing = all(Quantity::ClosingSpeed).map(|speed| speed.value).sum::<f64>()
-        / fit.disc_shots.len().max(1) as f64;
+    let largest = all("slip_ratio").map(|slip| slip.value.abs()).fold(0.0, f64::max);
+    let closing =
+        all("closing_speed").map(|speed| speed.value).sum::<f64>() / fit.disc_shots.len().max(1) as f64;
     let against = |slip: f64| Some([slip, -fit.solution.impulse_ratio([closing, slip * closing])?]);
     let points = (0..=POINTS).map(|i| against(CURVE_EXTENSION * largest * i as f64 / POINTS as f64));
     points.collect::<Option<Vec<_>>>().filter(|_| is_determined && largest > 0.0).unwrap_or_default()

@@ -56,9 +56,10 @@ impl OfRows<'_> {
         }
         for noise in &mut fit.noise {
             let Some(found) = self.noise_of(noise.observable) else { continue };
-            let is_rounding = found.rounding > 0.0 && found.sd <= found.rounding;
+            let rounding = found.pool.rounding;
+            let is_rounding = rounding > 0.0 && found.sd <= rounding;
             noise.estimated_sd = Some(if found.is_known { found.sd } else { f64::NAN });
-            noise.rounding = is_rounding.then_some(found.rounding);
+            noise.rounding = is_rounding.then_some(rounding);
         }
         for residual in &mut fit.residuals {
             if self.noise_of(residual.observable).is_some_and(|noise| !noise.is_known) {
@@ -131,7 +132,7 @@ impl OfRows<'_> {
 
     /// Returns the noise of an observable, if it was estimated.
     fn noise_of(&self, observable: Observable) -> Option<&problem::TableNoise> {
-        self.rows.noises.iter().find(|noise| noise.observables.contains(&observable))
+        self.rows.noises.iter().find(|noise| noise.pool.observables.contains(&observable))
     }
 
     /// Returns the probability of a slope by chance; the noise that is estimated from the same

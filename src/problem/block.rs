@@ -27,11 +27,10 @@ impl Block {
     }
 
     /// Returns values of shot `i` after a step, within the bounds of its own unknowns.
-    pub fn bounded(&self, i: usize, from: &Own, own: Own, shared: &Shared) -> Own {
+    pub fn bounded(&self, i: usize, from: &Own, own: Own) -> Own {
         match self {
             Self::Film(film) => film.shots[i].spin.bounded(from, own),
-            Self::Discs(_) => own,
-            Self::Rows(rows) => rows.settle(i, own, shared),
+            Self::Discs(_) | Self::Rows(_) => own,
         }
     }
 
@@ -41,7 +40,7 @@ impl Block {
         match self {
             Self::Film(film) => film.shots[i].spin.priors().to_vec(),
             Self::Discs(discs) => discs.own_priors(i),
-            Self::Rows(rows) => rows.shots[i].own_priors(),
+            Self::Rows(rows) => rows.shots[i].priors.into_iter().enumerate().collect(),
         }
     }
 

@@ -44,11 +44,9 @@ mod sums;
 mod uncertainty;
 mod unknowns;
 
-#[cfg(feature = "report")]
-pub(crate) use discs::impact::Doubt;
-pub use discs::impact::{DiscImpact, Quantity};
+pub use discs::impact::DiscImpact;
 pub(crate) use discs::law::{DiscFit, fit_discs};
-pub(crate) use discs::measure::{MeasuredDiscs, measure_discs};
+pub(crate) use discs::measure::measure_discs;
 pub(crate) use discs::own::Component;
 pub(crate) use film::camera::Camera;
 pub use film::film_data::FilmError;
@@ -62,7 +60,7 @@ pub(crate) use intervals::{Known, MANY_SHOTS, MISLEADING, Quantiles};
 pub use intervals::{ParameterEstimate, Status};
 pub(crate) use offsets::{ShiftScore, Slope};
 pub(crate) use policy::Policy;
-pub(crate) use rows::deviations::Deviations;
+pub(crate) use rows::prediction::Deviations;
 pub use rows::prediction::{Prediction, predict};
 pub(crate) use rows::run::{RowsFit, fit_rows, refutes};
 pub(crate) use rows::shot::RowsChoices;

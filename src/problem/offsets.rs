@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Matrix4, Vector4, matrix};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::film::shots::VELOCITIES;
-use super::rows::deviations::Deviations;
+use super::rows::prediction::Deviations;
 use super::solution::Solution;
 use super::uncertainty::OWN_PART;
 use super::unknowns::Id;
@@ -56,9 +56,20 @@ impl Solution {
         is_finite.then_some(Offsets { values: Vector4::from_fn(|a, _| values[a]), covariance })
     }
 
+    /// Returns the deviations of each shot of the only sample, a table or a film of balls.
+    pub(crate) fn deviations(&self) -> Vec<Option<Deviations>> {
+        let (state, problem) = (self.state(), &self.problem);
+        let shared = problem.samples[0].gather(&state.shared);
+        let of_shot = |i: usize| match problem.rows() {
+            Some(rows) => rows.deviations(i, &shared),
+            None => self.deviations_of_film(i),
+        };
+        (0..state.own[0].len()).map(of_shot).collect()
+    }
+
     /// Returns the velocities after the impact of shot `i` of a film, as its frames show them, less
     /// the model's, in the frame of the table.
-    pub(crate) fn deviations_of_film(&self, i: usize) -> Option<Deviations> {
+    fn deviations_of_film(&self, i: usize) -> Option<Deviations> {
         let motion = self.motion(i)?;
         let Offsets { values, covariance } = self.offsets(0, i)?;
         let (sin, cos) = motion.direction.sin_cos();

@@ -376,7 +376,6 @@ impl Reduced {
             state.shared.0[*column] += by;
         }
         for (s, sample) in problem.samples.iter().enumerate() {
-            let shared = sample.gather(&state.shared);
             // the step in the order of the sample's unknowns
             let step_of =
                 |column: &usize| columns.iter().position(|other| other == column).map_or(0.0, |j| by[j]);
@@ -385,7 +384,7 @@ impl Reduced {
                 let response = &self.own[s][i].response;
                 let last = response.ncols() - 1;
                 let moved = &*own - response.columns(0, last) * step.rows(0, last) - response.column(last);
-                *own = sample.block.bounded(i, own, moved, &shared);
+                *own = sample.block.bounded(i, own, moved);
             });
         }
         state

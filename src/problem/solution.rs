@@ -11,7 +11,6 @@ use super::findings::{Finding, Severity, worst};
 use super::minimise::Descent;
 use super::noise::minus_two_log;
 use super::problem::{Evaluation, Problem, Sample, State};
-use super::rows::shot::RowShot;
 use super::sums::{Contribution, Noise};
 use super::uncertainty::{Estimates, Share};
 use super::unknowns::{Id, Mode, Normal};
@@ -265,7 +264,7 @@ impl Solution {
         let free = |shot: &Contribution| shot.held.iter().filter(|held| !**held).count();
         let count_unknowns = |(number, sample): (usize, &Sample)| match &sample.block {
             // what is known of an input is a number, too
-            Block::Rows(rows) => rows.shots.iter().map(RowShot::own_unknowns_without_prior).sum::<usize>(),
+            Block::Rows(_) => 0,
             _ => self.at.shots[number].iter().map(free).sum(),
         };
         self.problem.samples.iter().enumerate().map(count_unknowns).sum()

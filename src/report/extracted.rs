@@ -16,7 +16,7 @@ use crate::measurement::number::{plain, with_error};
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::physics::disc::Discs;
-use crate::problem::{DiscImpact, Doubt, Impact, Quantity};
+use crate::problem::{DiscImpact, Impact};
 
 /// Writes dataset.toml, impacts.csv and left-out.csv, and on request the pictures of the shots.
 pub(crate) fn write_balls(
@@ -64,7 +64,7 @@ fn of_discs<'a>(discs: &Discs, shot: &'a TrackShot, impact: &'a DiscImpact) -> T
         seen: [used(&shot.cue), used(&shot.object)],
         summary: summary(impact),
         names: ["first disc", "second disc"],
-        time: impact.get(Quantity::Time).map_or(f64::NAN, |time| time.value),
+        time: impact.get("impact_time_s").map_or(f64::NAN, |time| time.value),
         clock: if discs.in_seconds { in_seconds } else { ("frames from the impact", 1.0) },
         position_sd: impact.position_sd,
         radii: impact.radii,
@@ -177,21 +177,17 @@ fn per_frame(name: &str) -> String {
 }
 
 fn discs_table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
-    let name = |quantity: Quantity| {
-        let name = quantity.column();
-        if discs.in_seconds { name.to_owned() } else { per_frame(name) }
-    };
-    // what is stated has no error here
-    let measured: String = Quantity::ALL.map(|quantity| format!(",{0},{0}_sd", name(quantity))).concat();
+    let name = |column: &str| if discs.in_seconds { column.to_owned() } else { per_frame(column) };
+    let columns = extracted.iter().take(1).flat_map(|(_, impact)| &impact.values);
+    let measured: String = columns.map(|(column, _)| format!(",{0},{0}_sd", name(column))).collect();
     let row = |(shot, impact): &(TrackShot, DiscImpact)| {
         let mut row = csv::row_of(json!({ "shot": shot.name }));
-        for quantity in Quantity::ALL {
-            let unit = if quantity == Quantity::ContactDistance { 1e-3 } else { 1.0 };
-            let Some(Measured { value, sd }) = impact.get(quantity) else { continue };
-            row.insert(name(quantity), (value / unit).into());
-            row.insert(format!("{}_sd", name(quantity)), sd.map(|sd| sd / unit).into());
+        for (column, measured) in &impact.values {
+            let Some(Measured { value, sd }) = *measured else { continue };
+            row.insert(name(column), value.into());
+            // what is stated has no error here
+            row.insert(format!("{}_sd", name(column)), sd.into());
         }
-        let doubts: Vec<String> = impact.doubts.iter().map(Doubt::to_string).collect();
         row.extend(csv::row_of(json!({
             "mass_ratio_from": if discs.masses.is_some() { "masses" } else { "momentum" },
             "position_sd_mm": 1e3 * impact.position_sd,
@@ -199,8 +195,8 @@ fn discs_table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
             "frames_used": impact.frames,
             "frames_left_out": impact.outliers,
             "outcome": if impact.stuck.is_some() { "stick" } else { "part" },
-            "verdict": if doubts.is_empty() { "good" } else { "doubtful" },
-            "doubts": doubts.join("; "),
+            "verdict": if impact.doubts.is_empty() { "good" } else { "doubtful" },
+            "doubts": impact.doubts.join("; "),
         })));
         row
     };
@@ -220,14 +216,10 @@ pub(crate) fn lines(extracted: &[(TrackShot, DiscImpact)]) -> Vec<String> {
 
 /// Returns the main numbers of an impact of discs; of discs that stick, another line has e.
 fn summary(impact: &DiscImpact) -> String {
-    let quantities = [
-        ("e", Quantity::Restitution),
-        ("J_t/J_n", Quantity::ImpulseRatio),
-        ("mass ratio", Quantity::MassRatio),
-    ];
+    let quantities = [("e", "e"), ("J_t/J_n", "impulse_ratio"), ("mass ratio", "mass_ratio")];
     let mut text = String::new();
-    for (name, quantity) in quantities.into_iter().skip(usize::from(impact.stuck.is_some())) {
-        text += &match impact.get(quantity) {
+    for (name, column) in quantities.into_iter().skip(usize::from(impact.stuck.is_some())) {
+        text += &match impact.get(column) {
             Some(Measured { value, sd: Some(sd) }) => format!("{name} {}, ", with_error(value, sd)),
             Some(Measured { value, .. }) => format!("{name} {} (stated), ", plain(value, 4)),
             None => String::new(),

@@ -3,11 +3,11 @@
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 
+use nalgebra::Rotation3;
 use polars::prelude::{CsvWriter, PolarsResult, SerWriter};
 use rand::Rng;
 
 use super::{Camera, Maker, Played, SynthError, between};
-use crate::extraction::turn;
 use crate::io;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
@@ -89,7 +89,7 @@ impl Course {
         let mut at = place;
         for n in 0..steps as usize {
             let [x, y] = path.spin(time + (n as f64 + 0.5) * step, own.radius);
-            at = turn(at, Vec3::new(x, y, side) * step);
+            at = Rotation3::new(Vec3::new(x, y, side) * step) * at;
         }
         let centre = path.position(t);
         ([centre[0] + own.radius * at.x, centre[1] + own.radius * at.y], at.z > 0.1)

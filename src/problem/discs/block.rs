@@ -55,8 +55,6 @@ pub(crate) struct ShotFrames {
     pub(crate) stuck: Option<Stuck>,
     /// Standard deviation of a coordinate of each disc that neighbouring frames show, m.
     pub(crate) position_sd: [f64; 2],
-    /// Number of frames on either side of the impact in which the discs touch.
-    pub(crate) touching: usize,
     /// Number of frames that were left out as wrong.
     pub(crate) outliers: usize,
     /// Number of frames on either side of the impact within which they are used.
@@ -80,11 +78,6 @@ pub(crate) struct DiscBlock {
 }
 
 impl DiscBlock {
-    pub fn new(shots: Vec<ShotFrames>, discs: Discs, noise: Vec<Noise>) -> Self {
-        let spreads = spreads(&discs, shots.len());
-        Self { shots: Arc::new(shots), discs, has_law: false, noise, spreads }
-    }
-
     /// Returns the noises of shot `i`.
     pub(super) fn noise_of(&self, i: usize) -> &[Noise] {
         &self.noise[NOISES * i..NOISES * (i + 1)]

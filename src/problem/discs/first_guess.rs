@@ -1,11 +1,13 @@
 //! Conversion of the tracks of a data set to the block of its frames: in metres from the middle of
 //! the impacts, with first guesses.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::block::{DiscBlock, NOISES, PointTrack, ShotFrames};
-use super::lines::{Meeting, Stuck, Turning};
-use super::own::{self, CORE, DISTANCE_SD, list_unknowns};
+use super::lines::{Meeting, Stuck, turning};
+use super::own::{self, CORE, DISTANCE_SD, list_unknowns, spreads};
 use crate::extraction::{Bodies, Unusable};
 use crate::film::{frame_noise, rigid_body};
 use crate::measurement::dataset::Dataset;
@@ -69,8 +71,8 @@ impl Film<DiscBlock> {
             return Err(FilmError::NoImpact(left_out));
         }
         let typical = |of: &dyn Fn(&Meeting) -> f64| median(guessed.iter().map(|g| of(&g.meeting)).collect());
-        let middle = Point::from([0, 1].map(|axis| typical(&|meeting| meeting.places[0][axis])));
-        let distance = typical(&|meeting| meeting.across().norm());
+        let middle = Point::from([0, 1].map(|axis| typical(&|meeting| meeting.before(0)[0][axis])));
+        let distance = typical(&|meeting| meeting.relative(0)[0].norm());
         let stated = discs.radii.map(|[first, second]| first + second);
         let unit = stated.filter(|_| tracks.from_balls).map_or(1.0, |stated| stated / distance);
         let means = [unit * distance, typical(&Meeting::mass_ratio)];
@@ -83,12 +85,13 @@ impl Film<DiscBlock> {
         let noise = |Guessed { shot, meeting, .. }: &Guessed| {
             let sd = frame_noise::noise_of_near(&[&shot.cue, &shot.object], shot, meeting.time);
             // lines through the frames next to an impact miss the discs by as much
-            let sd = unit * (DISTANCE_SD * meeting.across().norm()).max(EXTRAPOLATED * sd);
+            let sd = unit * (DISTANCE_SD * meeting.relative(0)[0].norm()).max(EXTRAPOLATED * sd);
             [Noise { sd, rho: shot.correlation }; NOISES]
         };
-        let noises = guessed.iter().flat_map(noise).collect();
+        let noise = guessed.iter().flat_map(noise).collect();
         let names = shots.iter().map(|shot| shot.name.clone()).collect();
-        let block = DiscBlock::new(shots, discs, noises);
+        let spreads = spreads(&discs, shots.len());
+        let block = DiscBlock { shots: Arc::new(shots), discs, has_law: false, noise, spreads };
         Ok(Self { block, unknowns, own, names, left_out, findings, unit, middle })
     }
 }
@@ -128,10 +131,10 @@ impl Guessed {
             let is_circle = is_of_points(centre, &points);
             let shown = if is_circle { &points } else { &vec![&centre[..]] };
             position_sd[disc] = unit * frame_noise::noise_of_near(shown, shot, meeting.time);
-            let turning = |point: &[Sample]| Turning::of(point, centre, meeting.time, shot.fps);
             let seen = points.into_iter().filter(|_| flat.is_none());
-            let seen = seen.filter_map(|point| Some((point, turning(point)?)));
-            let (seen, turnings): (Vec<&[Sample]>, Vec<Turning>) = seen.unzip();
+            let seen =
+                seen.filter_map(|point| Some((point, turning(point, centre, meeting.time, shot.fps)?)));
+            let (seen, turnings): (Vec<&[Sample]>, Vec<[Point; 2]>) = seen.unzip();
             turns[disc] = !seen.is_empty();
             if !is_circle || seen.is_empty() {
                 add(None, centre);
@@ -142,10 +145,10 @@ impl Guessed {
                 let radius = first + seen.len() + if is_circle { 0 } else { i };
                 add(Some([first + i, radius]), point);
             }
-            own.extend(turnings.iter().map(|turning| turning.direction));
-            let radii: Vec<f64> = turnings.iter().map(|turning| unit * turning.radius).collect();
+            own.extend(turnings.iter().map(|[at, _]| at.x));
+            let radii: Vec<f64> = turnings.iter().map(|[at, _]| unit * at.y).collect();
             if turns[disc] {
-                own[own::SPIN + disc] = median(turnings.iter().map(|turning| turning.rate).collect());
+                own[own::SPIN + disc] = median(turnings.iter().map(|[_, rate]| rate.x).collect());
                 own.extend(if is_circle { vec![median(radii)] } else { radii });
             }
         }
@@ -159,25 +162,23 @@ impl Guessed {
             flat: *flat,
             stuck: *stuck,
             position_sd,
-            touching: 0,
             outliers: 0,
             reach: 0.0,
             tried: Some(Vec::new()),
         };
-        let [first, second] = meeting.places.map(|place| (place - middle) * unit);
-        let [v, w] = meeting.velocities.map(|sides| sides.map(|velocity| velocity * unit));
-        let (g, h) = (w[0] - v[0], w[1] - v[1]);
+        let [[across, g], [_, h]] = [0, 1].map(|side| meeting.relative(side).map(|vector| vector * unit));
         // marks on the edges that touch are at no distance
-        let across = if flat.is_some() { -g } else { second - first };
-        let n = across.normalize();
-        let distance = stuck.map_or((second - first).dot(&n), |stuck| unit * stuck.distance);
+        let n = if flat.is_some() { -g } else { across }.normalize();
+        let distance = stuck.map_or(across.dot(&n), |stuck| unit * stuck.distance);
         let mut own = Own::from_vec(own);
         own[own::TIME] = meeting.time;
-        own.fixed_rows_mut::<2>(own::X).copy_from(&first);
-        own[own::DIRECTION] = across.y.atan2(across.x);
+        own.fixed_rows_mut::<2>(own::X).copy_from(&((meeting.before(0)[0] - middle) * unit));
+        own[own::DIRECTION] = n.y.atan2(n.x);
         own[own::DISTANCE] = distance - shared[Id::ContactDistance];
-        own.fixed_rows_mut::<2>(own::VELOCITY).copy_from(&v[0]);
-        own.fixed_rows_mut::<2>(own::VELOCITY + 2).copy_from(&w[0]);
+        for disc in 0..2 {
+            let velocity = meeting.before(disc)[1] * unit;
+            own.fixed_rows_mut::<2>(own::VELOCITY + 2 * disc).copy_from(&velocity);
+        }
         if stuck.is_none() {
             own[own::RESTITUTION] = -h.dot(&n) / g.dot(&n);
             own[own::RATIO] = n.perp(&(h - g)) / n.dot(&(h - g));

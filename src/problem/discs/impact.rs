@@ -11,7 +11,6 @@ use super::own::{self, DISTANCE_SD, LEAST_SHOTS};
 use crate::extraction::Unusable;
 use crate::measurement::dataset::Measured;
 use crate::measurement::number::with_error;
-use crate::name::worded;
 use crate::numerics::median;
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::Point;
@@ -22,14 +21,18 @@ use crate::problem::policy::Policy;
 /// most.
 const MAX_FRAME_DEVIATION: f64 = 0.02;
 
+/// The column of the distance of the centres.
+const DISTANCE: &str = "contact_distance_mm";
+
 /// The measured impact of a shot, without a law of friction. Velocities are in m/s and
 /// spins in rad/s in the frame of the table; if the frame rate is not known, per frame.
 #[derive(Clone, Debug)]
 pub struct DiscImpact {
     /// Name of the shot.
     pub(crate) name: String,
-    /// Value of each [`Quantity`]; `None` if the tracks do not determine it.
-    pub(crate) values: [Option<Measured>; Quantity::COUNT],
+    /// Each quantity under the name of its column in discs.csv; `None` if the tracks do not
+    /// determine it.
+    pub(crate) values: Vec<(&'static str, Option<Measured>)>,
     /// Standard deviation of a coordinate of the disc that is followed worse, m.
     pub(crate) position_sd: f64,
     /// Variance of the frames about the paths over that of their noise before anything was fitted.
@@ -40,67 +43,26 @@ pub struct DiscImpact {
     pub(crate) outliers: usize,
     /// First and last instant that was used, s.
     pub(crate) window: [f64; 2],
-    /// Number of frames on either side of the impact in which the discs still touch; 0 if the
-    /// frames next to it are on the paths.
-    pub(crate) touching: usize,
+    /// Whether the discs still touch in frames next to the impact, which are off the paths.
+    pub(crate) touches: bool,
     /// Radii of the discs; if they are not stated, half the distance of the centres at the impact,
     /// m.
     pub(crate) radii: [f64; 2],
     /// How the discs stick together after the impact, if they do.
     pub(crate) stuck: Option<Stuck>,
-    /// Doubts of the measurements.
-    pub(crate) doubts: Vec<Doubt>,
+    /// Doubts of the measurements, as clauses.
+    pub(crate) doubts: Vec<String>,
     pub(super) paths: PicturePaths,
     /// Metres in a unit of length of the film, and its middle in that unit.
     pub(super) film: (f64, Point),
 }
 
-/// A doubt of the measurements of a shot, as a clause.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub(crate) enum Doubt {
-    /// Momentum is out of balance by more than its errors.
-    #[error(
-        "its momentum is not conserved: {} the line of centres both discs together {} {:.1} ± {:.1} % of the impulse; the masses, \
-         the scale or the frames are wrong, or something else pushed a disc",
-        if *.across { "across" } else { "along" }, if *gained < 0.0 { "lose" } else { "gain" }, 100.0 * gained.abs(), 100.0 * sd
-    )]
-    Momentum {
-        /// Whether it is that across the line of centres.
-        across: bool,
-        /// Momentum gained over the normal impulse.
-        gained: f64,
-        /// Its standard error.
-        sd: f64,
-    },
-    /// The frames are off the paths: their variance about the paths, over the variance of their
-    /// noise.
-    #[error(
-        "its paths are not straight before and after one instant: they are off by {:.0} times the noise of the frames (χ²/dof is \
-         {:.0}); the contact lasts for several frames, or points were mistaken", .0.sqrt(), .0
-    )]
-    Bent(f64),
-    /// e, with this standard error, is not that of an impact.
-    #[error("its e of {} is not between 0 and 1, as that of any passive impact is", with_error(*.0, *.1))]
-    Impossible(f64, f64),
-    /// The distance at the contact is not that of the other shots.
-    #[error(
-        "its discs are {:.1} mm apart at the contact, where the median of all shots is {:.1} mm: the same discs touch at the same \
-         distance, so that these are others, or the scale or the tracked points are", 1e3 * distance, 1e3 * typical
-    )]
-    Distance {
-        /// Distance of the centres, m.
-        distance: f64,
-        /// Median of all shots, m.
-        typical: f64,
-    },
-}
-
 impl DiscImpact {
-    /// Returns the value of a quantity if the tracks determine it.
+    /// Returns the quantity of a column of discs.csv, in the unit of that column, if the tracks
+    /// determine it.
     #[must_use]
-    pub fn get(&self, quantity: Quantity) -> Option<Measured> {
-        self.values[quantity as usize]
+    pub fn get(&self, column: &str) -> Option<Measured> {
+        self.values.iter().find(|(name, _)| *name == column)?.1
     }
 
     /// Returns the place of the centre of a disc (0 or 1) in the film at a time (s), in its unit.
@@ -116,13 +78,13 @@ impl DiscImpact {
             return Some("the discs stick together".to_owned());
         }
         let misfit = self.find_misfit().map(|misfit| misfit.to_string());
-        misfit.or_else(|| self.find_impossible_restitution(policy).map(|doubt| doubt.to_string()))
+        misfit.or_else(|| self.find_impossible_restitution(policy))
     }
 
     /// Returns the reason for which the frames show no single collision, if they do not.
     pub(super) fn find_misfit(&self) -> Option<Unusable> {
-        let distance = self.get(Quantity::ContactDistance)?.value.abs();
-        let is_seen_across = self.get(Quantity::ImpulseRatio).is_some();
+        let distance = 1e-3 * self.get(DISTANCE)?.value.abs();
+        let is_seen_across = self.get("impulse_ratio").is_some();
         let is_off = distance > 0.0 && is_seen_across && self.position_sd > MAX_FRAME_DEVIATION * distance;
         is_off.then_some(Unusable::BadFit { reduced_chi2: self.misfit, rms_mm: 1e3 * self.position_sd })
     }
@@ -130,138 +92,71 @@ impl DiscImpact {
     /// Returns the reason for which the discs are others than those with these radii, if their
     /// distance shows it.
     pub(super) fn find_separation(&self, radii: [f64; 2], policy: &Policy) -> Option<Unusable> {
-        self.get(Quantity::ImpulseRatio)?;
-        let expected = radii[0] + radii[1];
-        let Measured { value: measured, sd } = self.find_other_distance(expected, policy)?;
-        Some(Unusable::Separation { measured, expected, error: sd? })
-    }
-
-    /// Returns the distance at the contact if it differs from another significantly.
-    fn find_other_distance(&self, expected: f64, policy: &Policy) -> Option<Measured> {
-        let found = self.get(Quantity::ContactDistance)?;
-        let sd = found.sd.unwrap_or(0.0).hypot(DISTANCE_SD * expected);
-        is_significant(found.value - expected, sd, policy).then_some(found)
+        self.get("impulse_ratio")?;
+        let expected = 1e3 * (radii[0] + radii[1]);
+        let [measured, error] = self.find_difference(DISTANCE, expected, DISTANCE_SD * expected, policy)?;
+        Some(Unusable::Separation { measured, expected, error })
     }
 
     /// Returns the doubt of an e that is not that of an impact.
-    pub(crate) fn find_impossible_restitution(&self, policy: &Policy) -> Option<Doubt> {
-        let Measured { value: e, sd } = self.get(Quantity::Restitution)?;
-        let (outside, sd) = ((e - 1.0).max(-e), sd?);
-        (outside > 0.0 && is_significant(outside, sd, policy)).then_some(Doubt::Impossible(e, sd))
+    pub(crate) fn find_impossible_restitution(&self, policy: &Policy) -> Option<String> {
+        let possible = self.get("e")?.value.clamp(0.0, 1.0);
+        let [e, sd] = self.find_difference("e", possible, 0.0, policy)?;
+        let e = with_error(e, sd);
+        Some(format!("its e of {e} is not between 0 and 1, as that of any passive impact is"))
     }
 
-    fn find_imbalance(&self, policy: &Policy) -> Option<Doubt> {
-        let gains = [(false, Quantity::MomentumAlong), (true, Quantity::MomentumAcross)];
-        gains.into_iter().find_map(|(across, quantity)| {
-            let Measured { value: gained, sd } = self.get(quantity)?;
-            let sd = sd.filter(|sd| is_significant(gained, *sd, policy))?;
-            Some(Doubt::Momentum { across, gained, sd })
+    /// Returns a quantity and its standard error if it differs from an expectation with a standard
+    /// deviation as seldom by chance as an outlying shot does.
+    fn find_difference(&self, column: &str, expected: f64, sd: f64, policy: &Policy) -> Option<[f64; 2]> {
+        let Measured { value, sd: Some(error) } = self.get(column)? else { return None };
+        let normal = Normal::new(0.0, error.hypot(sd)).ok()?;
+        (normal.sf((value - expected).abs()) < policy.shot_tail).then_some([value, error])
+    }
+
+    fn find_imbalance(&self, policy: &Policy) -> Option<String> {
+        ["along", "across"].into_iter().find_map(|direction| {
+            let [gained, sd] = self.find_difference(&format!("momentum_{direction}"), 0.0, 0.0, policy)?;
+            let verb = if gained < 0.0 { "lose" } else { "gain" };
+            let (gained, sd) = (100.0 * gained.abs(), 100.0 * sd);
+            Some(format!(
+                "its momentum is not conserved: {direction} the line of centres both discs together {verb} {gained:.1} ± {sd:.1} % \
+                 of the impulse; the masses, the scale or the frames are wrong, or something else pushed a disc"
+            ))
         })
     }
 }
 
-/// Returns whether a number with this standard error differs from 0 as seldom as an outlying shot
-/// does.
-fn is_significant(value: f64, sd: f64, policy: &Policy) -> bool {
-    Normal::new(0.0, sd).is_ok_and(|normal| normal.sf(value.abs()) < policy.shot_tail)
-}
-
 /// Adds what speaks against the impacts of a film.
 pub(super) fn find_doubts(impacts: &mut [DiscImpact], policy: &Policy) {
-    let distance = |impact: &DiscImpact| Some(impact.get(Quantity::ContactDistance)?.value);
-    let all: Vec<f64> = impacts.iter().filter_map(distance).collect();
+    let all: Vec<f64> = impacts.iter().filter_map(|impact| Some(impact.get(DISTANCE)?.value)).collect();
     let typical = (all.len() >= LEAST_SHOTS).then(|| median(all));
     for impact in impacts {
         let other = typical.and_then(|typical| {
-            let distance = impact.find_other_distance(typical, policy)?.value;
-            Some(Doubt::Distance { distance, typical })
+            let [distance, _] =
+                impact.find_difference(DISTANCE, typical, DISTANCE_SD * typical, policy)?;
+            Some(format!(
+                "its discs are {distance:.1} mm apart at the contact, where the median of all shots is {typical:.1} mm: the same \
+                 discs touch at the same distance, so that these are others, or the scale or the tracked points are"
+            ))
         });
-        let bent = (impact.misfit > policy.refuted).then_some(Doubt::Bent(impact.misfit));
+        let bent = (impact.misfit > policy.refuted).then(|| {
+            format!(
+                "its paths are not straight before and after one instant: they are off by {:.0} times the noise of the frames \
+                 (χ²/dof is {:.0}); the contact lasts for several frames, or points were mistaken",
+                impact.misfit.sqrt(),
+                impact.misfit
+            )
+        });
         let all = [impact.find_imbalance(policy), bent, impact.find_impossible_restitution(policy), other];
         impact.doubts.extend(all.into_iter().flatten());
     }
 }
 
-worded! {
-    /// The quantities of a [`DiscImpact`], in the order of the columns that report them.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    #[non_exhaustive]
-    pub enum Quantity {
-        /// The coefficient of restitution e, dimensionless.
-        Restitution = "e",
-        /// J_t/J_n on the second disc, t 90° counter-clockwise from the line of centres.
-        ImpulseRatio = "impulse_ratio",
-        /// J_t/J_n from the change of the first disc's spin.
-        ImpulseRatioByFirstSpin = "impulse_ratio_by_cue_spin",
-        /// J_t/J_n from the change of the second disc's spin.
-        ImpulseRatioBySecondSpin = "impulse_ratio_by_obj_spin",
-        /// m₂/m₁: stated, or from the balance of momentum along the line of centres.
-        MassRatio = "mass_ratio",
-        /// Momentum gained along the line of centres, over the normal impulse.
-        MomentumAlong = "momentum_along",
-        /// Momentum gained across the line of centres, over the normal impulse.
-        MomentumAcross = "momentum_across",
-        /// Angular momentum gained about the contact point, over the normal impulse times the
-        /// distance of the centres.
-        AngularMomentum = "angular_momentum",
-        /// Loss of kinetic energy, of motion and rotation, as a fraction of the energy before the
-        /// impact.
-        EnergyLost = "energy_lost",
-        /// How fast the discs approach along the line of centres, m/s.
-        ClosingSpeed = "closing_speed",
-        /// Slip before the impact over the closing speed.
-        SlipRatio = "slip_ratio",
-        /// Slip of the second disc's contact point against the first's along t before the impact,
-        /// m/s.
-        SlipBefore = "slip",
-        /// Slip of the second disc's contact point against the first's along t after the impact,
-        /// m/s.
-        SlipAfter = "slip_after",
-        /// x of the line of centres, a unit vector from the first disc to the second.
-        NormalX = "nx",
-        /// y of the line of centres, a unit vector from the first disc to the second.
-        NormalY = "ny",
-        /// Distance of the centres at the impact, m.
-        ContactDistance = "contact_distance_mm",
-        /// Velocity of the first disc along x before the impact, m/s.
-        FirstVxBefore = "cue_vx",
-        /// Velocity of the first disc along y before the impact, m/s.
-        FirstVyBefore = "cue_vy",
-        /// Velocity of the second disc along x before the impact, m/s.
-        SecondVxBefore = "obj_vx",
-        /// Velocity of the second disc along y before the impact, m/s.
-        SecondVyBefore = "obj_vy",
-        /// Velocity of the first disc along x after the impact, m/s.
-        FirstVxAfter = "cue_vx_after",
-        /// Velocity of the first disc along y after the impact, m/s.
-        FirstVyAfter = "cue_vy_after",
-        /// Velocity of the second disc along x after the impact, m/s.
-        SecondVxAfter = "obj_vx_after",
-        /// Velocity of the second disc along y after the impact, m/s.
-        SecondVyAfter = "obj_vy_after",
-        /// Angular velocity of the first disc before the impact, counter-clockwise, rad/s.
-        FirstSpinBefore = "cue_wz",
-        /// Angular velocity of the first disc after the impact, rad/s.
-        FirstSpinAfter = "cue_wz_after",
-        /// Angular velocity of the second disc before the impact, rad/s.
-        SecondSpinBefore = "obj_wz",
-        /// Angular velocity of the second disc after the impact, rad/s.
-        SecondSpinAfter = "obj_wz_after",
-        /// Instant of the impact, s.
-        Time = "impact_time_s",
-    }
-    /// Its column in discs.csv.
-    pub fn column;
-}
-
-impl Quantity {
-    /// The number of quantities.
-    pub const COUNT: usize = Self::ALL.len();
-}
-
 impl Motion {
-    /// Returns each [`Quantity`] in its order if the frames of the shot show it.
-    pub(super) fn quantities(&self, shot: &ShotFrames, discs: &Discs) -> [Option<Dual>; Quantity::COUNT] {
+    /// Returns each quantity of the impact under the name of its column in discs.csv (the guide to
+    /// films defines them), `None` if the frames of the shot do not show it.
+    pub(super) fn quantities(&self, shot: &ShotFrames, discs: &Discs) -> Vec<(&'static str, Option<Dual>)> {
         let Self { own, velocities, spins, radii, .. } = self;
         let change = |disc: usize| self.along(&(velocities[disc][1] - velocities[disc][0]));
         let ([u_n, u_t], [v_n, v_t]) = (change(0), change(1));
@@ -283,29 +178,40 @@ impl Motion {
         let if_both = |value: Dual| (shot.turns == [true; 2]).then_some(value);
         let if_across = |value: Dual| shot.flat.is_none().then_some(value);
         let if_slip = |value: Dual| shot.knows_slip.then_some(value);
-        let head = [
-            Some(-parting_after / parting),
-            if_across((v_t - u_t) / (v_n - u_n)),
+        let [x, y] = [0, 1].map(|axis| velocities.map(|of| of.map(|velocity| Some(velocity[axis]))));
+        let [first_spin, second_spin] =
+            [0, 1].map(|disc| spins[disc].map(|spin| shot.turns[disc].then_some(spin)));
+        vec![
+            ("e", Some(-parting_after / parting)),
+            ("impulse_ratio", if_across((v_t - u_t) / (v_n - u_n))),
             // Δω = −R J_t/(νMR²)
-            shot.turns[0].then(|| first / u_n),
-            shot.turns[1].then(|| -second / v_n),
-            Some(mass_ratio),
-            stated.map(|ratio| (u_n + ratio * v_n) / -u_n),
-            if_across((u_t + mass_ratio * v_t) / -u_n),
-            if_both(angular / (-u_n * (radii[0] + radii[1]))),
-            if_both(-after / before + 1.0),
-            Some(-parting),
-            if_slip(-slip / parting),
-            if_slip(slip),
-            if_both(slip_after),
-            Some(own[own::DIRECTION].cos()),
-            Some(own[own::DIRECTION].sin()),
-            Some(self.distance),
-        ];
-        let velocity = [0, 1].map(|side| velocities.map(|of| [Some(of[side].x), Some(of[side].y)]));
-        let spin = [0, 1].map(|disc| spins[disc].map(|spin| shot.turns[disc].then_some(spin)));
-        let tail = velocity.into_iter().flatten().chain(spin).flatten().chain([Some(own[own::TIME])]);
-        let mut all = head.into_iter().chain(tail);
-        std::array::from_fn(|_| all.next().flatten())
+            ("impulse_ratio_by_cue_spin", shot.turns[0].then(|| first / u_n)),
+            ("impulse_ratio_by_obj_spin", shot.turns[1].then(|| -second / v_n)),
+            ("mass_ratio", Some(mass_ratio)),
+            ("momentum_along", stated.map(|ratio| (u_n + ratio * v_n) / -u_n)),
+            ("momentum_across", if_across((u_t + mass_ratio * v_t) / -u_n)),
+            ("angular_momentum", if_both(angular / (-u_n * (radii[0] + radii[1])))),
+            ("energy_lost", if_both(-after / before + 1.0)),
+            ("closing_speed", Some(-parting)),
+            ("slip_ratio", if_slip(-slip / parting)),
+            ("slip", if_slip(slip)),
+            ("slip_after", if_both(slip_after)),
+            ("nx", Some(own[own::DIRECTION].cos())),
+            ("ny", Some(own[own::DIRECTION].sin())),
+            (DISTANCE, Some(self.distance * 1e3)),
+            ("cue_vx", x[0][0]),
+            ("cue_vy", y[0][0]),
+            ("obj_vx", x[1][0]),
+            ("obj_vy", y[1][0]),
+            ("cue_vx_after", x[0][1]),
+            ("cue_vy_after", y[0][1]),
+            ("obj_vx_after", x[1][1]),
+            ("obj_vy_after", y[1][1]),
+            ("cue_wz", first_spin[0]),
+            ("cue_wz_after", first_spin[1]),
+            ("obj_wz", second_spin[0]),
+            ("obj_wz_after", second_spin[1]),
+            ("impact_time_s", Some(own[own::TIME])),
+        ]
     }
 }

@@ -19,7 +19,6 @@ const NEAR: usize = 12;
 /// Frames, besides a gap in the tracks, by which the instant differs from that of the frame in
 /// which the discs are nearest.
 const FARTHEST: f64 = 2.0;
-const ROUNDS: usize = 4;
 
 /// Part of itself by which the relative velocity changes at least.
 const MIN_VELOCITY_CHANGE: f64 = 1e-3;
@@ -67,14 +66,11 @@ fn lines_beside(samples: &[Sample], disc: usize, at: f64, frame: f64) -> Result<
     }))
 }
 
-/// A first guess of an impact.
+/// A first guess of an impact: the lines of each disc before and after it.
 pub(super) struct Meeting {
     /// Instant, s.
     pub(crate) time: f64,
-    /// Places of the centres then, m.
-    pub(crate) places: [Point; 2],
-    /// Velocities of each disc before and after, m/s.
-    pub(crate) velocities: [[Point; 2]; 2],
+    lines: [[Line; 2]; 2],
 }
 
 impl Meeting {
@@ -89,98 +85,75 @@ impl Meeting {
         if discs.iter().any(|samples| samples.len() < 2 * LEAST) {
             return Err(Unusable::TooShort { bodies, frames: discs.map(<[_]>::len), least: 2 * LEAST });
         }
-        let lines_at = |time: f64| -> Result<[[Line; 2]; 2], Unusable> {
-            Ok([lines_beside(discs[0], 0, time, frame)?, lines_beside(discs[1], 1, time, frame)?])
+        let beside = |time: f64| -> Result<Self, Unusable> {
+            let [first, second] = [0, 1].map(|disc| lines_beside(discs[disc], disc, time, frame));
+            Ok(Self { time, lines: [first?, second?] })
         };
         if let Some(stuck) = stuck {
             // the lines after it are those of no disc
-            let time = stuck.settling[0];
-            return Ok(Self::of(time, 0.0, lines_at(time)?));
+            return beside(stuck.settling[0]);
         }
         let nearest = smooth_distances(shot).into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
-        let mut time = nearest.ok_or(Unusable::NoCollision(bodies))?.0;
-        let mut lines = lines_at(time)?;
+        let mut meeting = beside(nearest.ok_or(Unusable::NoCollision(bodies))?.0)?;
         let steps = discs.iter().flat_map(|samples| samples.windows(2)).map(|two| two[1].t - two[0].t);
         let farthest = steps.fold(FARTHEST * frame, f64::max);
-        for _ in 0..ROUNDS {
-            let late = crossing(&lines);
-            if late.abs() <= FARTHEST * frame {
-                break;
-            }
-            // beyond a gap: the frames on either side are then others
-            time += late.clamp(-farthest, farthest);
-            lines = lines_at(time)?;
+        let late = meeting.crossing().clamp(-farthest, farthest);
+        meeting.time += late;
+        for [place, velocity] in meeting.lines.iter_mut().flatten() {
+            *place += *velocity * late;
         }
-        let late = crossing(&lines).clamp(-FARTHEST * frame, FARTHEST * frame);
-        let meeting = Self::of(time, late, lines);
-        let [[v, v_after], [w, w_after]] = meeting.velocities;
-        let (g, h) = (w - v, w_after - v_after);
-        let apart = [0, 1].map(|side| {
-            let [p, q] = lines.map(|of_disc| of_disc[side]).map(|[place, velocity]| place + velocity * late);
-            q - p
-        });
+        let [[apart, g], [apart_after, h]] = [0, 1].map(|side| meeting.relative(side));
         let is_met = match constant_axis(shot) {
             // marks on the edges that touch are at no distance
             Some(_) => g.dot(&h) < 0.0,
-            None => apart[0].dot(&g) < 0.0 && apart[1].dot(&h) > 0.0,
+            None => apart.dot(&g) < 0.0 && apart_after.dot(&h) > 0.0,
         };
         let is_pushed = (h - g).norm() > MIN_VELOCITY_CHANGE * g.norm();
         if is_met && is_pushed { Ok(meeting) } else { Err(Unusable::NoCollision(bodies)) }
     }
 
-    fn of(time: f64, late: f64, lines: [[Line; 2]; 2]) -> Self {
-        Self {
-            time: time + late,
-            places: lines.map(|[[place, velocity], _]| place + velocity * late),
-            velocities: lines.map(|sides| sides.map(|[_, velocity]| velocity)),
-        }
+    /// Returns place and velocity of a disc before the impact.
+    pub fn before(&self, disc: usize) -> Line {
+        self.lines[disc][0]
     }
 
-    /// Returns the way from the first centre to the second.
-    pub fn across(&self) -> Point {
-        self.places[1] - self.places[0]
+    /// Returns the way from the first centre to the second before (0) or after (1) the impact, and
+    /// the velocity of the second disc against the first.
+    pub fn relative(&self, side: usize) -> Line {
+        let [first, second] = self.lines.map(|sides| sides[side]);
+        [second[0] - first[0], second[1] - first[1]]
     }
 
     /// Returns m₁/m₂ of which momentum is conserved along the line of centres.
     pub fn mass_ratio(&self) -> f64 {
-        let [first, second] = self.velocities.map(|[before, after]| (after - before).dot(&self.across()));
+        let across = self.relative(0)[0];
+        let [first, second] = self.lines.map(|[before, after]| (after[1] - before[1]).dot(&across));
         -second / first
     }
-}
 
-/// Returns how much later than the instant of the lines the relative paths before and after it are
-/// nearest to each other, s: τ = −Δp·Δg/|Δg|².
-fn crossing([first, second]: &[[Line; 2]; 2]) -> f64 {
-    let [jump, turn] = [0, 1].map(|i| (second[1][i] - first[1][i]) - (second[0][i] - first[0][i]));
-    let square = turn.norm_squared();
-    if square > 0.0 { -jump.dot(&turn) / square } else { 0.0 }
-}
-
-/// How a marker goes round its disc.
-pub(super) struct Turning {
-    /// Angular velocity before the impact, rad/s.
-    pub(crate) rate: f64,
-    /// Direction from the centre at the impact, rad.
-    pub(crate) direction: f64,
-    /// Distance from the centre, m.
-    pub(crate) radius: f64,
-}
-
-impl Turning {
-    /// Returns how a marker turns about the centre of its disc, less than half a turn a frame;
-    /// `None` if it was seen in too few frames on either side.
-    pub fn of(marker: &[Sample], centre: &[Sample], time: f64, fps: f64) -> Option<Self> {
-        // angle and length of the arm as coordinates of a path
-        let mut arms: Vec<Sample> = Vec::new();
-        for (t, places) in frames(&[centre, marker]) {
-            let [Some([x, y]), Some([u, v])] = places[..] else { continue };
-            let last = arms.last().map_or(0.0, |last| last.x);
-            arms.push(Sample::new(t, [last + wrap((v - y).atan2(u - x) - last), (u - x).hypot(v - y)]));
-        }
-        let [[at, rate], _] = lines_beside(&arms, 0, time, fps.recip()).ok()?;
-        let radius = median(arms.iter().map(|arm| arm.y).collect());
-        Some(Self { rate: rate.x, direction: at.x, radius })
+    /// Returns how much later the relative paths before the impact and after it are nearest to each
+    /// other, s: τ = −Δp·Δg/|Δg|².
+    fn crossing(&self) -> f64 {
+        let [before, after] = [0, 1].map(|side| self.relative(side));
+        let [jump, turn] = [after[0] - before[0], after[1] - before[1]];
+        let square = turn.norm_squared();
+        if square > 0.0 { -jump.dot(&turn) / square } else { 0.0 }
     }
+}
+
+/// Returns how a marker turns about the centre of its disc before the impact, less than half a turn
+/// a frame, as a line: x is its direction at the impact (rad), y its distance from the centre. `None`
+/// if it was seen in too few frames on either side.
+pub(super) fn turning(marker: &[Sample], centre: &[Sample], time: f64, fps: f64) -> Option<Line> {
+    let mut arms: Vec<Sample> = Vec::new();
+    for (t, places) in frames(&[centre, marker]) {
+        let [Some([x, y]), Some([u, v])] = places[..] else { continue };
+        let last = arms.last().map_or(0.0, |last| last.x);
+        arms.push(Sample::new(t, [last + wrap((v - y).atan2(u - x) - last), (u - x).hypot(v - y)]));
+    }
+    let [[mut at, rate], _] = lines_beside(&arms, 0, time, fps.recip()).ok()?;
+    at.y = median(arms.iter().map(|arm| arm.y).collect());
+    Some([at, rate])
 }
 
 /// How two discs stick together.

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::block::{DiscBlock, PointTrack, ShotFrames, places_of_inputs};
-use super::impact::{DiscImpact, Quantity, find_doubts};
+use super::block::{DiscBlock, PointTrack, places_of_inputs};
+use super::impact::{DiscImpact, find_doubts};
 use super::lines::LEAST;
-use super::motion::{INPUTS, locate};
+use super::motion::{Dual, INPUTS, locate};
 use super::own::{self, LAW, LEAST_SHOTS};
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::problem::block::Block;
@@ -20,7 +20,7 @@ use crate::problem::policy::{Policy, STALL};
 use crate::problem::problem::{Problem, State};
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
-use crate::problem::unknowns::{Mode, Shared};
+use crate::problem::unknowns::{Mode, Own, Shared};
 
 /// Rounds of leaving out shots, and of descents that did not end at a minimum.
 pub(super) const ROUNDS: usize = 3;
@@ -33,10 +33,12 @@ const REACHES: [f64; 4] = [15.0, 30.0, 60.0, 120.0];
 /// Smallest number of frames on either side that decelerations which are not even leave.
 const LEAST_REACH: f64 = 7.0;
 
-/// Frames on either side of the impact that are left out at least, and at most if the discs touch
-/// in them.
-const LEFT_OUT: usize = 1;
-const MAX_TOUCHING: usize = 6;
+/// Frames on either side of the impact that are left out, in which discs may still touch. Others of
+/// a longer contact stand out.
+const LEFT_OUT: f64 = 1.0;
+
+/// Rounds of leaving out frames that stand out.
+const OUTLIER_ROUNDS: usize = 6;
 
 /// Steps of a descent with frames that may change.
 const STEPS: usize = 10;
@@ -61,20 +63,15 @@ pub(super) fn solve(problem: Problem, descent: Descent) -> Result<Solution, Film
     Ok(Solution::new(problem, descent, covariance, names))
 }
 
-/// The measurement of a film of discs without a law.
-pub(crate) struct MeasuredDiscs {
-    /// The minimum: camera, decelerations, and the motion of the discs.
-    pub(crate) solution: Solution,
-    /// The measurements of each shot.
-    pub(crate) impacts: Vec<DiscImpact>,
-}
-
 /// Measures the shots of the films of a data set that show an impact of its discs.
 ///
 /// # Errors
 /// See [`FilmError`].
-pub(crate) fn measure_discs(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDiscs, FilmError> {
-    let MeasuredDiscs { mut solution, mut impacts } = measure(dataset, policy)?;
+pub(crate) fn measure_discs(
+    dataset: &Dataset,
+    policy: &Policy,
+) -> Result<(Solution, Vec<DiscImpact>), FilmError> {
+    let (mut solution, mut impacts) = measure(dataset, policy)?;
     let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
     impacts.retain(|impact| {
         let separation = || impact.find_separation(discs?.radii?, policy);
@@ -86,12 +83,13 @@ pub(crate) fn measure_discs(dataset: &Dataset, policy: &Policy) -> Result<Measur
         return Err(FilmError::NoImpact(solution.left_out));
     }
     find_doubts(&mut impacts, policy);
-    Ok(MeasuredDiscs { solution, impacts })
+    Ok((solution, impacts))
 }
 
 /// Measures all shots of the films of a data set: e, J_t/J_n, spins and balance of momentum of each
-/// may be any.
-pub(super) fn measure(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDiscs, FilmError> {
+/// may be any. Returns the minimum, with camera, decelerations, and the motion of the discs, and the
+/// measurements of each shot.
+pub(super) fn measure(dataset: &Dataset, policy: &Policy) -> Result<(Solution, Vec<DiscImpact>), FilmError> {
     let Film { block, mut unknowns, own, left_out, findings, unit, middle, .. } = Film::of_discs(dataset)?;
     for id in LAW {
         unknowns[id as usize].mode = Mode::Fixed;
@@ -105,7 +103,7 @@ pub(super) fn measure(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDisc
         for shot in Arc::make_mut(&mut block.shots) {
             shot.reach = *reach;
         }
-        block.choose_frames(&state);
+        block.choose_frames(&state, LEFT_OUT);
         // frames beyond those that were fitted may be off the path
         if i > 0 {
             block.drop_frames(&state, policy);
@@ -113,39 +111,31 @@ pub(super) fn measure(dataset: &Dataset, policy: &Policy) -> Result<MeasuredDisc
         state = descend(&problem, problem.evaluate(state), &free, (STEPS, STALL)).end.state;
     }
     state = descend_with_noise(&mut problem, state).end.state;
-    for _ in 0..MAX_TOUCHING {
+    for _ in 0..OUTLIER_ROUNDS {
         let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
-        if !block.find_touching(&state, policy) & !block.drop_frames(&state, policy) {
+        if !block.drop_frames(&state, policy) {
             break;
         }
-        block.choose_frames(&state);
+        block.choose_frames(&state, LEFT_OUT);
         state = descend(&problem, problem.evaluate(state), &free, (STEPS, STALL)).end.state;
     }
     let mut solution = settle(problem, state)?;
     while let Some(block) = solution.problem.discs_mut()
         && block.come_nearer(policy)
     {
-        block.choose_frames(&solution.at.state);
+        block.choose_frames(&solution.at.state, LEFT_OUT);
         solution = settle(solution.problem, solution.at.state)?;
     }
-    let impacts = list_impacts(&solution, (unit, middle))?;
-    Ok(MeasuredDiscs {
-        solution: Solution { unit, middle: middle.into(), findings, left_out, ..solution },
-        impacts,
-    })
+    let impacts = list_impacts(&solution, (unit, middle), policy)?;
+    Ok((Solution { unit, middle: middle.into(), findings, left_out, ..solution }, impacts))
 }
 
 impl DiscBlock {
-    /// Uses the frames within reach of the impacts, but for those in which the discs touch.
-    fn choose_frames(&mut self, state: &State) {
-        self.use_frames(state, |shot| shot.touching.max(LEFT_OUT) as f64);
-    }
-
     /// Uses the frames of each shot within its reach that are so many frames from the impact or
     /// more; also nearer ones if too few are left.
-    fn use_frames(&mut self, state: &State, nearest: impl Fn(&ShotFrames) -> f64) {
+    fn choose_frames(&mut self, state: &State, nearest: f64) {
         for (shot, own) in Arc::make_mut(&mut self.shots).iter_mut().zip(&state.own[0]) {
-            let (instant, nearest) = (own[own::TIME], nearest(shot));
+            let instant = own[own::TIME];
             let [from, to] = shot.stuck.map_or([instant; 2], |stuck| stuck.settling);
             let away = |frame: &Frame| (from - frame.time).max(frame.time - to) * shot.fps;
             for track in &mut shot.tracks {
@@ -218,32 +208,26 @@ impl DiscBlock {
         changed
     }
 
-    /// Counts one frame more as touching on either side of the impacts next to which frames are off
-    /// the paths; returns whether there are any.
-    fn find_touching(&mut self, state: &State, policy: &Policy) -> bool {
-        let mut nearer = self.clone();
-        nearer.use_frames(state, |shot| shot.touching as f64);
-        let mut changed = false;
-        for (i, shot) in Arc::make_mut(&mut self.shots).iter_mut().enumerate() {
-            let own = &state.own[0][i];
-            let sights = nearer.sights(i, own, &state.shared);
-            let reach = (shot.touching as f64 + 1.0) / shot.fps;
-            let near = sights.iter().flatten().filter(|frame| (frame.time - own[own::TIME]).abs() <= reach);
-            let squares: Vec<f64> = near.map(Sight::square).collect();
-            let are_off = tail(squares.iter().sum(), 2.0 * squares.len() as f64) < policy.frame_tail;
-            if are_off && shot.stuck.is_none() && shot.touching < MAX_TOUCHING {
-                shot.touching += 1;
-                changed = true;
-            }
-        }
-        changed
+    /// Returns whether frames of shot `i` next to the impact, in which the discs then still touch,
+    /// are off the paths.
+    fn touches(&self, i: usize, own: &Own, shared: &Shared, policy: &Policy) -> bool {
+        let sights = self.sights(i, own, shared);
+        let is_near = |frame: &&Sight<_>| (frame.time - own[own::TIME]).abs() * self.shots[i].fps <= LEFT_OUT;
+        let squares: Vec<f64> = sights.iter().flatten().filter(is_near).map(Sight::square).collect();
+        tail(squares.iter().sum(), 2.0 * squares.len() as f64) < policy.frame_tail
     }
 }
 
 /// Returns the table of what was measured, of a film with this unit in metres and this middle.
-fn list_impacts(solution: &Solution, film: (f64, Point)) -> Result<Vec<DiscImpact>, FilmError> {
+fn list_impacts(
+    solution: &Solution,
+    film: (f64, Point),
+    policy: &Policy,
+) -> Result<Vec<DiscImpact>, FilmError> {
     let (block, end) = (solution.problem.discs().ok_or(FilmError::NoFilm)?, &solution.at);
     let reduced = end.eliminate(&solution.problem, 0.0).ok_or(FilmError::Undetermined)?;
+    let mut with_all = block.clone();
+    with_all.choose_frames(&end.state, 0.0);
     let of_shot = |i: usize| {
         let (shot, own) = (&block.shots[i], &end.state.own[0][i]);
         let motion = block.follow(i, own, &end.state.shared)?;
@@ -252,17 +236,17 @@ fn list_impacts(solution: &Solution, film: (f64, Point)) -> Result<Vec<DiscImpac
         let places = places_of_inputs(own.len());
         let inputs = all.select_rows(&places).select_columns(&places);
         let inputs = inputs.fixed_view::<INPUTS, INPUTS>(0, 0);
-        let mut values = motion.quantities(shot, &block.discs).map(|quantity| {
-            let (value, by) = (quantity?.re, gradient(&quantity?));
-            Some(Measured { value, sd: Some(by.dot(&(inputs * by)).max(0.0).sqrt()) })
-        });
-        if let (Some(ratio), Some(_)) = (&mut values[Quantity::MassRatio as usize], block.discs.masses) {
-            // stated, not measured
-            ratio.sd = None;
-        }
-        if let Some(stuck) = &shot.stuck {
-            values[Quantity::Restitution as usize] = Some(stuck.restitution);
-        }
+        let measure = |(column, quantity): (&'static str, Option<Dual>)| {
+            let of_frames = |quantity: Dual| {
+                let by = gradient(&quantity);
+                let is_stated = column == "mass_ratio" && block.discs.masses.is_some();
+                let sd = (!is_stated).then(|| by.dot(&(inputs * by)).max(0.0).sqrt());
+                Measured { value: quantity.re, sd }
+            };
+            let of_stuck = shot.stuck.map(|stuck| stuck.restitution).filter(|_| column == "e");
+            (column, of_stuck.or_else(|| quantity.map(of_frames)))
+        };
+        let values = motion.quantities(shot, &block.discs).into_iter().map(measure).collect();
         let used = |track: &PointTrack| -> Vec<(usize, f64)> {
             track.frames.iter().filter(|frame| frame.used).map(|frame| (track.disc, frame.time)).collect()
         };
@@ -277,7 +261,7 @@ fn list_impacts(solution: &Solution, film: (f64, Point)) -> Result<Vec<DiscImpac
             misfit: block.misfit(i),
             frames: times.len(),
             window: [ends[0]?, ends[1]?],
-            touching: shot.touching,
+            touches: shot.stuck.is_none() && with_all.touches(i, own, &end.state.shared, policy),
             outliers: shot.outliers,
             radii: motion.radii.map(|radius| radius.re),
             stuck: shot.stuck,

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::prediction::Residuals;
+use super::prediction::{Approach, Deviations, Residuals};
 use super::shot::{Row, RowShot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
@@ -12,7 +13,7 @@ use crate::problem::film::dual::gradient;
 use crate::problem::film::impact::{Contact, Correction};
 use crate::problem::film::own::OWN;
 use crate::problem::loss::ShotLoss;
-use crate::problem::sums::{Contribution, Noise, SHOT_STOP, settle};
+use crate::problem::sums::{Contribution, Noise, OwnPrior};
 use crate::problem::unknowns::{Mode, Own, PHYSICS, Shared, Unknown};
 
 /// Observables whose numbers have noise of one size.
@@ -50,18 +51,12 @@ pub(crate) struct RowsBlock {
 }
 
 impl RowsBlock {
-    /// Returns a block of shots by least squares, without noises.
-    pub fn new(shots: Vec<RowShot>, contact: &Contact, unknowns: &[Unknown]) -> Self {
-        let block = Self {
-            shots: Arc::new(shots),
-            contact: *contact,
-            width: 0,
-            noises: Vec::new(),
-            pools: Vec::new(),
-            loss: Loss::Squares,
-            losses: Vec::new(),
-        };
-        block.with_unknowns(unknowns)
+    /// Returns a block of shots with a loss, without noises.
+    pub fn new(shots: Vec<RowShot>, contact: &Contact, unknowns: &[Unknown], loss: Loss) -> Self {
+        let (noises, pools, losses) = (Vec::new(), Vec::new(), Vec::new());
+        let (shots, contact) = (Arc::new(shots), *contact);
+        let block = Self { shots, contact, width: 0, noises, pools, loss, losses };
+        block.with_unknowns(unknowns).with_loss(loss)
     }
 
     /// Returns the same shots with the effects that the unknowns of the sample have.
@@ -89,7 +84,8 @@ impl RowsBlock {
         let heavy = self.contact.with_weight();
         self.contact = heavy;
         let offset = |(shot, own): (&mut RowShot, &Own)| {
-            let offset = heavy.correct(&shot.approach(own).cue, shared).filter(|_| shot.knows_speed);
+            let before = shot.differences(own, shared, &heavy).ok().filter(|_| shot.knows_speed);
+            let offset = before.and_then(|before| heavy.correct(&before.approach.cue, shared));
             shot.offset = offset.unwrap_or_else(Correction::zeros);
         };
         Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).for_each(offset);
@@ -112,46 +108,56 @@ impl RowsBlock {
 
     /// Returns the sums of shot `i`.
     pub(crate) fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
-        let predicted = self.predict(i, own, shared);
-        let squares = predicted.iter().flat_map(|found| &found.rows).map(|row| row.re * row.re);
-        let squares: Vec<f64> = squares.collect();
-        let mut sums = self.add_up(i, own, predicted, self.width);
-        let loss = self.losses[self.shots[i].rows.len()];
+        let (shot, noises) = (&self.shots[i], self.noises.len());
+        let Some(predicted) = self.predict(i, own, shared) else {
+            return Contribution::impossible(OWN, self.width, noises);
+        };
+        let mut sums = Contribution::empty(OWN, self.width, noises);
+        sums.sticks = predicted.sticks;
+        for residual in &predicted.rows {
+            sums.add_number(residual.re, &gradient(residual).as_slice()[..OWN + self.width]);
+        }
+        for (place, prior) in shot.priors.iter().enumerate() {
+            sums.add_prior((place, *prior), own[place], &[]);
+        }
+        let loss = self.losses[shot.rows.len()];
         sums.weigh(loss, sums.cost.sqrt());
         let weight = sums.weight();
-        for (square, row) in squares.iter().zip(&self.shots[i].rows) {
+        for (residual, row) in predicted.rows.iter().zip(&shot.rows) {
             if let Some(noise) = row.noise {
-                sums.noises[noise].weighted += weight * weight * square / loss.consistency;
+                sums.noises[noise].weighted += weight * weight * residual.re.powi(2) / loss.consistency;
                 sums.noises[noise].count += 1.0;
             }
         }
         sums.or_impossible()
     }
 
-    /// Returns the sums of a shot by least squares over its own unknowns and the first `width`
-    /// shared ones.
-    fn add_up(&self, i: usize, own: &Own, predicted: Option<Residuals>, width: usize) -> Contribution {
-        let noises = self.noises.len();
-        let Some(predicted) = predicted else { return Contribution::impossible(OWN, width, noises) };
-        let mut sums = Contribution::empty(OWN, width, noises);
-        sums.sticks = predicted.sticks;
-        for residual in &predicted.rows {
-            sums.add_number(residual.re, &gradient(residual).as_slice()[..OWN + width]);
+    /// Returns the numbers of shot `i` less their prediction from its measured inputs.
+    pub(crate) fn deviations(&self, i: usize, shared: &Shared) -> Option<Deviations> {
+        let shot = &self.shots[i];
+        let Residuals { rows, approach, .. } =
+            shot.differences(&Own::zeros(OWN), shared, &self.contact).ok()?;
+        let is_held = |place: usize| shot.priors[place] == OwnPrior::Held;
+        let by: Vec<_> = rows.iter().map(gradient).collect();
+        let by_input = |row: usize, place: usize| if is_held(place) { 0.0 } else { by[row][place] };
+        let inputs = DMatrix::from_fn(rows.len(), OWN, by_input);
+        let mut covariance = &inputs * inputs.transpose();
+        for (i, row) in shot.rows.iter().enumerate() {
+            covariance[(i, i)] += self.sd(row).powi(2);
         }
-        for (place, prior) in self.shots[i].own_priors() {
-            sums.add_prior((place, prior), own[place], &[]);
-        }
-        sums
-    }
-
-    /// Returns the own unknowns of shot `i` that fit best near `start` if its speed is not
-    /// measured: a speed afterwards determines it too well for linear steps. Those of other shots
-    /// stay.
-    pub(crate) fn settle(&self, i: usize, start: Own, shared: &Shared) -> Own {
-        if self.shots[i].own_unknowns_without_prior() == 0 {
-            return start;
-        }
-        let contribute = |own: &Own| self.add_up(i, own, self.predict(i, own, shared), 0);
-        settle(start, &[], SHOT_STOP, contribute, std::convert::identity).0
+        let Approach { cut, speed, cue, cos, sin } = approach;
+        let (cut, speed, spin) = (cut.re, speed.re, cue.spin);
+        let topspin = spin[1].re * cut.cos() - spin[0].re * cut.sin();
+        Some(Deviations {
+            observables: shot.rows.iter().map(|row| row.observable).collect(),
+            measured: shot.rows.iter().map(|row| row.value).collect(),
+            values: DVector::from_iterator(rows.len(), rows.iter().map(|row| -row.re)),
+            covariance,
+            by: DMatrix::from_fn(rows.len(), PHYSICS, |row, id| by[row][OWN + id]),
+            normal: [cos.re, sin.re],
+            cut,
+            speed: shot.knows_speed.then_some(speed),
+            spins: [topspin / speed, spin[2].re / speed],
+        })
     }
 }

@@ -1,6 +1,6 @@
 //! Prediction of the numbers of a shot from its unknowns.
 
-use nalgebra::Vector2;
+use nalgebra::{DMatrix, DVector, Vector2};
 use num_dual::DualNum;
 
 use super::shot::{INPUTS, Row, RowShot, SPEED, Unpredictable};
@@ -10,7 +10,7 @@ use crate::numerics::{EXACT, wrap};
 use crate::physics::ball::BallState;
 use crate::physics::collision::{Coefficients, Model, NotACollision};
 use crate::physics::friction_law::Law;
-use crate::problem::film::dual::{Dual, DualVector, constant, norm};
+use crate::problem::film::dual::{Dual, DualVector, constant, gradient, norm, with_gradient};
 use crate::problem::film::impact::{Contact, Side};
 use crate::problem::film::own::OWN;
 use crate::problem::unknowns::{Own, Shared};
@@ -34,12 +34,14 @@ struct Parting {
     balls: [Side; 2],
     /// Their radii, m.
     radii: [Dual; 2],
+    /// Whether their contact sticks.
+    sticks: bool,
 }
 
 impl Approach {
     /// Returns what is measured of the balls after the impact, rad, m/s or rad/s; angles are
     /// counted from the side of the measured cut angle, which is 1 or −1.
-    fn observe(&self, observable: Observable, Parting { balls, radii }: &Parting, side: f64) -> Dual {
+    fn observe(&self, observable: Observable, Parting { balls, radii, .. }: &Parting, side: f64) -> Dual {
         let [cue, object] = balls.each_ref().map(|ball| ball.velocity);
         let rolling = |ball: usize| roll(&balls[ball]);
         let against_incoming = |velocity: &DualVector| turn((direction(velocity) - self.cut) * side);
@@ -99,9 +101,7 @@ pub(crate) struct Residuals {
 
 impl RowShot {
     /// Returns the cue ball before the impact.
-    pub(super) fn approach(&self, own: &Own) -> Approach {
-        let input = |i: usize| constant(own[i]).derivative(i) * self.sds[i] + self.inputs[i];
-        let [first, second, third, w_x, w_y, w_z]: [Dual; INPUTS] = std::array::from_fn(input);
+    fn approach(&self, [first, second, third, w_x, w_y, w_z]: [Dual; INPUTS]) -> Approach {
         let (sin, cos) = if self.is_cut { (constant(0.0), constant(1.0)) } else { first.sin_cos() };
         let turn = |x: Dual, y: Dual| DualVector::new(x * cos + y * sin, y * cos - x * sin);
         let velocity = if self.is_cut {
@@ -125,6 +125,42 @@ impl RowShot {
         }
     }
 
+    /// Returns the balls before and after the impact; a speed before it that is not measured is the
+    /// one that the measured speed afterwards follows from.
+    fn strike(
+        &self,
+        own: &Own,
+        collide: impl Fn(&Side) -> Result<Parting, NotACollision>,
+    ) -> Result<(Approach, Parting), NotACollision> {
+        let input = |i: usize| constant(own[i]).derivative(i) * self.sds[i] + self.inputs[i];
+        let mut inputs: [Dual; INPUTS] = std::array::from_fn(input);
+        if let Some(observable) = self.speed_after {
+            let measured = inputs[SPEED];
+            let mut speed = measured.re;
+            for _ in 0..STEPS {
+                inputs[SPEED] = constant(speed).derivative(SPEED);
+                let approach = self.approach(inputs);
+                let after = approach.observe(observable, &collide(&approach.cue)?, self.side);
+                // a step of Newton's method gives the derivatives by the other inputs
+                let mut by_others = gradient(&after);
+                let slope = std::mem::take(&mut by_others[SPEED]);
+                inputs[SPEED] = constant(speed);
+                if slope != 0.0 {
+                    inputs[SPEED] += (measured - with_gradient(after.re, by_others)) / slope;
+                }
+                // speeds afterwards are nearly in proportion to the one before
+                let part = measured.re / after.re;
+                if (part - 1.0).abs() <= EXACT {
+                    break;
+                }
+                speed *= part;
+            }
+        }
+        let approach = self.approach(inputs);
+        let after = collide(&approach.cue)?;
+        Ok((approach, after))
+    }
+
     /// Returns the predicted numbers less the measured ones.
     pub(super) fn differences(
         &self,
@@ -132,15 +168,16 @@ impl RowShot {
         shared: &Shared,
         contact: &Contact,
     ) -> Result<Residuals, NotACollision> {
-        let approach = self.approach(own);
-        let (balls, sticks) = contact.collide(&approach.cue, shared, &self.offset)?;
-        let after = Parting { balls, radii: contact.radii(shared) };
+        let (approach, after) = self.strike(own, |cue| {
+            let (balls, sticks) = contact.collide(cue, shared, &self.offset)?;
+            Ok(Parting { balls, radii: contact.radii(shared), sticks })
+        })?;
         let difference = |row: &Row| {
             let off = approach.observe(row.observable, &after, self.side) - row.value;
             if row.observable.is_angle() { turn(off) } else { off }
         };
         let rows = self.rows.iter().map(difference).collect();
-        Ok(Residuals { rows, sticks, approach })
+        Ok(Residuals { rows, sticks: after.sticks, approach })
     }
 }
 
@@ -162,14 +199,9 @@ pub struct Prediction {
 pub fn predict(shot: &Shot, model: &Model, coefficients: &Coefficients) -> Result<Prediction, Unpredictable> {
     let bare = Dataset::new("", model.ball, Vec::new());
     let made = RowShot::new(shot, &bare, model.law != Law::Constant || model.e_slope.is_some())?;
-    let spent = made.spent_row();
-    let mut own = Own::zeros(OWN);
-    let mut steps = 0;
-    loop {
-        let approach = made.approach(&own);
-        let cue = approach.cue.state(model.ball.radius);
-        let after = model.collide(&cue, coefficients)?.components();
-        let radii = [model.ball.radius, model.object_ball().radius];
+    let radii = [model.ball.radius, model.object_ball().radius];
+    let (approach, after) = made.strike(&Own::zeros(OWN), |cue| {
+        let after = model.collide(&cue.state(radii[0]), coefficients)?.components();
         let side = |ball: usize| {
             let part = |i: usize| constant(after[6 * ball + i]);
             Side {
@@ -179,21 +211,36 @@ pub fn predict(shot: &Shot, model: &Model, coefficients: &Coefficients) -> Resul
                 inertia: made.inertia,
             }
         };
-        let after = Parting { balls: [side(0), side(1)], radii: radii.map(constant) };
-        let value = |row: &Row| approach.observe(row.observable, &after, made.side).re;
-        let values: Vec<f64> = made.rows.iter().map(value).collect();
-        // speeds afterwards are nearly in proportion to the one before
-        let part = spent.map_or(1.0, |row| made.rows[row].value / values[row]);
-        if (part - 1.0).abs() > EXACT && steps < STEPS {
-            own[SPEED] = (1.0 + own[SPEED]) * part - 1.0;
-            steps += 1;
-            continue;
-        }
-        let kept: Vec<usize> = (0..values.len()).filter(|row| spent != Some(*row)).collect();
-        return Ok(Prediction {
-            cue,
-            observables: kept.iter().map(|row| made.rows[*row].observable).collect(),
-            values: kept.iter().map(|row| values[*row]).collect(),
-        });
-    }
+        Ok(Parting { balls: [side(0), side(1)], radii: radii.map(constant), sticks: false })
+    })?;
+    let value = |row: &Row| approach.observe(row.observable, &after, made.side).re;
+    Ok(Prediction {
+        cue: approach.cue.state(radii[0]),
+        observables: made.rows.iter().map(|row| row.observable).collect(),
+        values: made.rows.iter().map(value).collect(),
+    })
+}
+
+/// Numbers of one shot less their prediction from its measured inputs.
+pub(crate) struct Deviations {
+    pub(crate) observables: Vec<Observable>,
+    /// Measured numbers, SI and radians.
+    pub(crate) measured: Vec<f64>,
+    /// Measured less predicted.
+    pub(crate) values: DVector<f64>,
+    /// Covariance of `values`, errors of the inputs included.
+    pub(crate) covariance: DMatrix<f64>,
+    /// Derivatives of the prediction by the unknowns, of a table those that move the balls, in the
+    /// order of
+    /// [`Id`].
+    pub(crate) by: DMatrix<f64>,
+    /// Direction of the line of centres: cosine and sine.
+    pub(crate) normal: [f64; 2],
+    /// Cut angle, rad.
+    pub(crate) cut: f64,
+    /// Speed of the cue ball before the impact, m/s; `None` if it is not known.
+    pub(crate) speed: Option<f64>,
+    /// Topspin and side spin of the cue ball before the impact over those of natural roll; NaN if
+    /// not known.
+    pub(crate) spins: [f64; 2],
 }

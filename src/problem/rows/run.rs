@@ -13,7 +13,7 @@ use crate::problem::film::causes::{self, Refit};
 use crate::problem::findings::Finding;
 use crate::problem::intervals::{Known, ParameterEstimate, Quantiles, Status, determine, errors_as_free};
 use crate::problem::minimise::{
-    Descent, ENOUGH_SHOTS, FAR, MAX_STEPS, descend, descend_from_grid, descend_with_noise, thin,
+    Descent, ENOUGH_SHOTS, MAX_STEPS, descend, descend_from_grid, descend_with_noise,
 };
 use crate::problem::policy::{Policy, STALL};
 use crate::problem::problem::{Evaluation, Problem, State};
@@ -72,8 +72,10 @@ pub(crate) fn fit_rows(
         (table.problem, descent) = (explained.problem, explained.descent);
     }
     let mut others = Vec::new();
-    if !(choices.without_profiles && descent.converged) {
-        others = find_minima(&table.problem, &descent.end);
+    // many shots show one minimum, which the first search has found
+    let are_few = table.names.len() <= ENOUGH_SHOTS;
+    if are_few && !(choices.without_profiles && descent.converged) {
+        others = descend_from_grid(&table.problem, &descent.end.state, &table.problem.free(), MAX_STEPS);
         if let Some(lower) = others.first().filter(|least| least.cost < descent.end.cost - STALL) {
             descent = descend_with_noise(&mut table.problem, lower.state.clone());
         }
@@ -207,24 +209,6 @@ fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     wider.refresh_contact();
     let at = wider.evaluate(at.state.clone());
     causes::explain(&wider, &at, &Estimates::new(&wider, &at)?, policy)
-}
-
-/// Returns the minima that descents from a grid find, the lowest first; of large tables those that
-/// some of the shots show, if they may matter.
-fn find_minima(problem: &Problem, at: &Evaluation) -> Vec<Evaluation> {
-    let fewer = thin(problem, &at.state, ENOUGH_SHOTS);
-    let mut ends = descend_from_grid(&fewer.problem, &fewer.state, &problem.free(), MAX_STEPS);
-    if fewer.factor > 1.0 {
-        let least = ends.first().map_or(f64::INFINITY, |end| end.cost);
-        ends.retain(|end| fewer.factor * (end.cost - least) < FAR);
-        for end in &mut ends {
-            let state = State { own: at.state.own.clone(), shared: end.state.shared.clone() };
-            *end = problem.descend(state).end;
-        }
-        ends.retain(|end| end.cost.is_finite());
-        ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    }
-    ends
 }
 
 /// Returns whether each shot is kept, by its distance from a robust fit, in which gross errors

@@ -17,12 +17,8 @@ use crate::problem::unknowns::{Id, Normal};
 /// the collision frame.
 pub(super) const INPUTS: usize = 6;
 
-/// Place of the speed of a shot of angles.
+/// Place of the speed of a shot of angles, or of a speed afterwards from which it follows.
 pub(super) const SPEED: usize = 1;
-
-/// Relative error of a speed afterwards that is stated without one and from which the speed before
-/// follows: far below what any instrument reads.
-const UNSTATED_SPEED_ERROR: f64 = 1e-5;
 
 /// Speeds afterwards that determine an unknown speed before, the best first.
 const SPEEDS: [Observable; 4] = [
@@ -51,12 +47,14 @@ pub(crate) struct RowShot {
     pub(super) is_cut: bool,
     /// Measured inputs, in the order of the own unknowns.
     pub(super) inputs: [f64; INPUTS],
-    /// Standard deviations of the inputs; of a speed that is not known, its first guess.
+    /// Standard deviations of the inputs.
     pub(super) sds: [f64; INPUTS],
-    /// Prior of each own unknown; `None` of an unknown speed that a speed afterwards determines.
-    pub(crate) priors: [Option<OwnPrior>; OWN],
+    /// Prior of each own unknown.
+    pub(crate) priors: [OwnPrior; OWN],
     /// Whether the speed before the impact is measured or follows from a speed afterwards.
     pub(crate) knows_speed: bool,
+    /// The speed afterwards from which an unknown one before follows.
+    pub(super) speed_after: Option<Observable>,
     /// Radius of the cue ball, m.
     pub(super) radius: f64,
     /// Moment of inertia of the balls over MR².
@@ -74,19 +72,15 @@ impl RowShot {
     /// Returns a shot whose unstated errors all have the noise of index 0. `needs_speed`:
     /// friction or restitution depends on the speed.
     pub fn new(shot: &Shot, dataset: &Dataset, needs_speed: bool) -> Result<Self, Unpredictable> {
-        let mut measured = shot.after.clone();
+        let mut rows = shot.after.clone();
         let is_cut = matches!(shot.before, Before::Angle { .. });
-        let knows_speed = !matches!(shot.before, Before::Angle { speed: None, .. });
-        let determined = if knows_speed { None } else { determine_speed(shot, &mut measured, needs_speed)? };
-        let (inputs, mut sds) = read_inputs(shot, determined)?;
-        let prior = |sd: f64| match sd {
-            0.0 => Some(OwnPrior::Held),
-            _ => Some(OwnPrior::Stated(Normal { mean: 0.0, sd: 1.0 })),
+        let is_measured = !matches!(shot.before, Before::Angle { speed: None, .. });
+        let speed = if is_measured { None } else { take_speed(shot, &mut rows, needs_speed)? };
+        let (inputs, sds) = read_inputs(shot, speed.map(|speed| speed.measured))?;
+        let prior = |place: usize| match sds.get(place) {
+            None | Some(0.0) => OwnPrior::Held,
+            _ => OwnPrior::Stated(Normal { mean: 0.0, sd: 1.0 }),
         };
-        let mut priors = std::array::from_fn(|place| prior(sds.get(place).copied().unwrap_or(0.0)));
-        if determined.is_some() {
-            (sds[SPEED], priors[SPEED]) = (inputs[SPEED], None);
-        }
         let row = |Measurement { observable, measured }: &Measurement| Row {
             observable: *observable,
             value: measured.value,
@@ -98,62 +92,43 @@ impl RowShot {
             is_cut,
             inputs,
             sds,
-            priors,
-            knows_speed: knows_speed || determined.is_some(),
+            priors: std::array::from_fn(prior),
+            knows_speed: is_measured || speed.is_some(),
+            speed_after: speed.map(|speed| speed.observable),
             radius: dataset.ball.radius,
             inertia: dataset.ball.inertia,
             roll: if shot.spin == Spin::NaturalRoll { 1.0 } else { 0.0 },
             side: if cut.sin() < 0.0 { -1.0 } else { 1.0 },
-            rows: measured.iter().map(row).collect(),
+            rows: rows.iter().map(row).collect(),
             offset: Correction::zeros(),
         })
     }
-
-    /// Returns what is known of the own unknowns, each with its place.
-    pub(crate) fn own_priors(&self) -> Vec<(usize, OwnPrior)> {
-        self.priors.iter().enumerate().filter_map(|(place, prior)| Some((place, (*prior)?))).collect()
-    }
-
-    /// Returns the number of own unknowns without a prior.
-    pub(crate) fn own_unknowns_without_prior(&self) -> usize {
-        self.priors.iter().filter(|prior| prior.is_none()).count()
-    }
-
-    /// Returns the row that determines an unknown speed before the impact.
-    pub(super) fn spent_row(&self) -> Option<usize> {
-        let place = |speed: &Observable| self.rows.iter().position(|row| row.observable == *speed);
-        self.priors[SPEED].is_none().then(|| SPEEDS.iter().find_map(place)).flatten()
-    }
 }
 
-/// Returns the first guess of an unknown speed from the best speed afterwards, which is made exact
-/// if its error is not stated; `None` if no number depends on the speed.
-fn determine_speed(
+/// Takes the best speed afterwards, which determines an unknown speed before the impact, from the
+/// numbers of a shot; `None` if no number depends on the speed.
+fn take_speed(
     shot: &Shot,
-    rows: &mut [Measurement],
+    rows: &mut Vec<Measurement>,
     needs_speed: bool,
-) -> Result<Option<f64>, Unpredictable> {
+) -> Result<Option<Measurement>, Unpredictable> {
     let place = SPEEDS.iter().find_map(|speed| rows.iter().position(|row| row.observable == *speed));
     let spins = matches!(shot.spin, Spin::Measured { spin, .. } if spin.norm() > 0.0);
-    let Some(place) = place else {
-        return match (spins, needs_speed) {
-            (true, _) => Err(Unpredictable::SpinWithoutSpeed),
-            (_, true) => Err(Unpredictable::FallsWithoutSpeed),
-            _ => Ok(None),
-        };
-    };
-    if rows.len() == 1 {
-        return Err(Unpredictable::NothingLeft(rows[place].observable.column()));
+    match (place, spins, needs_speed) {
+        (Some(place), ..) if rows.len() == 1 => {
+            Err(Unpredictable::NothingLeft(rows[place].observable.column()))
+        }
+        (Some(place), ..) => Ok(Some(rows.remove(place))),
+        (None, true, _) => Err(Unpredictable::SpinWithoutSpeed),
+        (None, _, true) => Err(Unpredictable::FallsWithoutSpeed),
+        _ => Ok(None),
     }
-    let measured = &mut rows[place].measured;
-    measured.sd = measured.sd.or(Some(UNSTATED_SPEED_ERROR * measured.value.abs()));
-    Ok(Some(measured.value))
 }
 
 /// Returns the measured inputs and their standard deviations, 0 of exact ones.
 fn read_inputs(
     shot: &Shot,
-    determined: Option<f64>,
+    speed_after: Option<Measured>,
 ) -> Result<([f64; INPUTS], [f64; INPUTS]), Unpredictable> {
     let exact = Measured { value: 0.0, sd: None };
     let [first, second, third] = match shot.before {
@@ -163,7 +138,7 @@ fn read_inputs(
             [Measured { value: y.value.atan2(x.value), sd: Some(sd) }, velocity[0], velocity[1]]
         }
         Before::Angle { cut, speed } => {
-            let unknown = Measured { value: determined.unwrap_or(1.0), ..exact };
+            let unknown = speed_after.unwrap_or(Measured { value: 1.0, ..exact });
             [cut, speed.unwrap_or(unknown), exact]
         }
     };

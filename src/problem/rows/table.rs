@@ -87,9 +87,9 @@ impl Table {
             return Err(RowsError::NoShot { left_out });
         }
         check_noise(&rows, &used)?;
-        let mut block = RowsBlock::new(rows, &contact, &unknowns);
+        let loss = choices.loss.unwrap_or(dataset.loss);
+        let mut block = RowsBlock::new(rows, &contact, &unknowns, loss);
         block.group_noises(|_| false);
-        let block = block.with_loss(choices.loss.unwrap_or(dataset.loss));
         let problem = Problem::of_one(Block::Rows(block), unknowns);
         let names = used.iter().map(|shot| shot.name.clone()).collect();
         let mut table = Self { problem, names, left_out, settings, silent: Vec::new(), findings: Vec::new() };
@@ -146,13 +146,12 @@ impl Table {
         }
     }
 
-    /// Returns the number of observations, less the speeds that they determine, and the free
+    /// Returns the number of observations and the free
     /// unknowns without a prior.
     fn count(problem: &Problem) -> (usize, Vec<Id>) {
         let free = problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free);
         let unknowns = free.filter(|unknown| unknown.prior.is_none()).map(|unknown| unknown.id);
-        let of_shot = |shot: &RowShot| shot.rows.len() - shot.own_unknowns_without_prior();
-        let numbers = problem.rows().map_or(0, |rows| rows.shots.iter().map(of_shot).sum());
+        let numbers = problem.rows().map_or(0, |rows| rows.shots.iter().map(|shot| shot.rows.len()).sum());
         (numbers, unknowns.collect())
     }
 
@@ -186,7 +185,7 @@ impl Table {
         let is_unequal = |(pool, noise): &(&Pool, &Noise)| {
             // noise is at least what rounding hides
             let least = (pool.rounding / noise.sd).powi(2);
-            let own = found.iter().filter(|found| pool.observables.contains(&found.observables[0]));
+            let own = found.iter().filter(|found| pool.observables.contains(&found.pool.observables[0]));
             let own = own.map(|found| (found.square.max(found.dof * least), found.dof));
             let own: Vec<(f64, f64)> = own.filter(|(_, dof)| *dof >= MIN_DOF_OF_BARTLETT).collect();
             compare_variances(&own).is_some_and(|p| p < policy.improbable)
@@ -296,11 +295,9 @@ const VANISHES: f64 = 1.0 + 1e-6;
 /// Noise of the numbers of a table whose errors are not stated.
 #[derive(Clone, Debug)]
 pub(crate) struct TableNoise {
-    pub(crate) observables: Vec<Observable>,
+    pub(crate) pool: Pool,
     /// Standard deviation, SI or radians.
     pub(crate) sd: f64,
-    /// Standard deviation of the rounding of the columns, which is the least that `sd` can be.
-    pub(crate) rounding: f64,
     /// Sum of their squared residuals over the variance.
     pub(crate) square: f64,
     /// Numbers less what they spend on unknowns.
@@ -318,9 +315,8 @@ pub(super) fn list_noises(problem: &Problem, at: &Evaluation, estimates: &Estima
         let (NoiseSums { count, weighted, .. }, sd) = (sums[which], rows.noises[which].sd);
         let dof = count - spent[which];
         TableNoise {
-            observables: pool.observables.clone(),
+            pool: pool.clone(),
             sd,
-            rounding: pool.rounding,
             square: weighted,
             dof,
             is_known: dof >= MIN_DOF_OF_NOISE && (pool.rounding > 0.0 || sd > VANISHES * pool.least()),

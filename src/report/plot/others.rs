@@ -11,7 +11,6 @@ use crate::fit::{Contour, Fit, Status};
 use crate::measurement::dataset::Measured;
 use crate::measurement::number::plain;
 use crate::measurement::parameter::{Parameter, Setting};
-use crate::problem::Quantity;
 use crate::report::{Budget, speed_unit, title};
 use crate::studies::accuracy::{Includes, Row};
 use crate::words::symbol;
@@ -23,7 +22,7 @@ pub(in crate::report) fn discs(fit: &Fit) -> Figure {
     figure.series = vec!["shots".to_owned()];
     let mut points = [Vec::new(), Vec::new()];
     for shot in fit.disc_shots.iter().filter(|shot| shot.stuck.is_none()) {
-        let Some(closing) = shot.get(Quantity::ClosingSpeed) else { continue };
+        let Some(closing) = shot.get("closing_speed") else { continue };
         let is_used = fit.residuals.iter().any(|residual| residual.shot == shot.name);
         if !is_used && figure.series.len() == 1 {
             figure.series.push("shots that were not fitted".to_owned());
@@ -32,8 +31,8 @@ pub(in crate::report) fn discs(fit: &Fit) -> Figure {
             let label = Some(figure.labels.len());
             Point { sd, label, ..Point::new([x, value], usize::from(!is_used)) }
         };
-        points[0].extend(shot.get(Quantity::Restitution).map(|e| point(closing.value, e)));
-        if let (Some(slip), Some(ratio)) = (shot.get(Quantity::SlipRatio), shot.get(Quantity::ImpulseRatio)) {
+        points[0].extend(shot.get("e").map(|e| point(closing.value, e)));
+        if let (Some(slip), Some(ratio)) = (shot.get("slip_ratio"), shot.get("impulse_ratio")) {
             let against_slip = Measured { value: -slip.value.signum() * ratio.value, ..ratio };
             points[1].push(point(slip.value.abs(), against_slip));
         }
