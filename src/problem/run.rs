@@ -103,9 +103,9 @@ fn slow_variance(noise: &[Noise; 2], first: &[Noise; 2]) -> f64 {
     ratios.fold(0.0, f64::max)
 }
 
-/// Returns which shots have the outcome of the others, by a loss that gives gross errors little
-/// weight and with the noise that neighbouring frames show, and the state of all; `None` if all
-/// have it, or too few.
+/// Returns which shots have the outcome of the others and frames as near to their paths, by a loss
+/// that gives gross errors little weight and with the noise that neighbouring frames show, and the
+/// state of all; `None` if all have them, or too few.
 fn judge_outcomes(problem: &Problem, start: &State, policy: &Policy) -> Option<(Vec<bool>, State)> {
     let mut robust = problem.clone();
     let film = robust.film_mut()?;
@@ -114,7 +114,10 @@ fn judge_outcomes(problem: &Problem, start: &State, policy: &Policy) -> Option<(
     let end = fit(&mut robust, start)?.end;
     let distances = end.shots[0].iter().map(|shot| shot.part.map_or(f64::INFINITY, |part| part.distance));
     let squares = distances.map(|distance| Squares { sum: distance * distance, count: numbers as f64 });
-    let keep = judge(&squares.collect::<Vec<_>>(), (0.0, 1.0), policy);
+    let by_outcome = judge(&squares.collect::<Vec<_>>(), (0.0, 1.0), policy);
+    let by_frames = judge(&outliers::squares(&end.shots[0]), (0.0, 1.0), policy);
+    let keep = by_outcome.into_iter().zip(by_frames).map(|(outcome, frames)| outcome && frames);
+    let keep = policy.keep_most(keep.collect());
     keep.contains(&false).then_some((keep, end.state))
 }
 
@@ -160,8 +163,8 @@ impl<'a> Run<'a> {
         Ok(run)
     }
 
-    /// Returns the fit without shots whose outcome is not that of the others, as a fit of all shots
-    /// with a robust loss shows it, if the frames of the others then scatter as their noise.
+    /// Returns the fit without shots that are not as the others, as a fit of all shots with a robust
+    /// loss shows them, if the frames of the others then scatter as their noise.
     fn without_false_shots(
         self,
         (mut problem, mut names): (Problem, Vec<String>),
