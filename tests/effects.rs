@@ -96,7 +96,7 @@ fn friction_that_falls_with_the_slip_is_followed() {
     for _ in 0..200 {
         let (cue, coefficients) = shot(&mut rng);
         let by = |fidelity, law, coefficients: &Coefficients| {
-            let model = Model { law, tolerance: MIN_TOLERANCE, ..Model::new(fidelity, Ball::POOL) };
+            let model = Model { law, tolerance: *TOLERANCES.start(), ..Model::new(fidelity, Ball::POOL) };
             model.collide(&cue, coefficients).unwrap()
         };
         let [full, ode] = [Fidelity::Full, Fidelity::Ode].map(|fidelity| by(fidelity, law, &coefficients));

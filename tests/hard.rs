@@ -20,7 +20,7 @@ const LUCKY_STEP: f64 = 100.0;
 
 /// `ode` integrates the equations of `full`.
 fn integrated() -> impl Iterator<Item = Model> {
-    let tolerances = [1e-8, 1e-10, MIN_TOLERANCE].into_iter();
+    let tolerances = [1e-8, 1e-10, *TOLERANCES.start()].into_iter();
     tolerances.map(|tolerance| Model { tolerance, ..Model::new(Fidelity::Ode, BALL) })
 }
 

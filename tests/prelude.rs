@@ -20,7 +20,7 @@ pub use caromfit::measurement::track::{Sample, TrackShot};
 pub use caromfit::physics::ball::{Ball, BallState, Vec3};
 pub use caromfit::physics::cloth_motion::Cloth;
 pub use caromfit::physics::collision::{
-    Coefficients, Effects, Fidelity, Input, MIN_TOLERANCE, Model, NotACollision, Outcome, Regime, SPEEDS,
+    Coefficients, Effects, Fidelity, Input, Model, NotACollision, Outcome, Regime, SPEEDS, TOLERANCES,
 };
 pub use caromfit::physics::contact_frame::{cloth_slip, cue_velocity, slip};
 pub use caromfit::physics::friction_law::Law;

@@ -134,7 +134,7 @@ fn closed_forms_agree_with_25_digits() {
 fn integration_agrees_with_25_digits() {
     const STEPS: f64 = 10.0;
     for case in Reference::ordinary().chain(Reference::hard()) {
-        for tolerance in [1e-6, 1e-8, 1e-10, MIN_TOLERANCE] {
+        for tolerance in [1e-6, 1e-8, 1e-10, *TOLERANCES.start()] {
             let ode = Model::new(Fidelity::Ode, case.model.ball);
             let model = Model { as_printed: case.model.as_printed, tolerance, ..ode };
             let outcome = model.collide(&case.cue, &case.coefficients).unwrap();

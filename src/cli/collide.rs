@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::io::cases::{self, Case, Computed};
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::effects::{self, Choice, Estimate};
-use crate::physics::collision::{Effects, Fidelity, MIN_TOLERANCE, Model, NotACollision};
+use crate::physics::collision::{Effects, Fidelity, Model, NotACollision, TOLERANCES};
 use crate::physics::contact_frame::cue_velocity;
 use crate::physics::friction_law::Law;
 use crate::report::document::{self, CollideDocument};
@@ -104,7 +104,7 @@ impl Args {
         let (fidelity, kappa, tolerance) = match self.fidelity.0 {
             Some(fidelity) => (fidelity, None, self.tolerance.unwrap_or(Model::TOLERANCE)),
             // the integration is a thousand times as close as what the effects left out may change
-            None => (Fidelity::Contact, Some(Model::KAPPA), (1e-3 * self.within()).max(MIN_TOLERANCE)),
+            None => (Fidelity::Contact, Some(Model::KAPPA), (1e-3 * self.within()).max(*TOLERANCES.start())),
         };
         let mut model = Model::new(fidelity, Ball { radius: case.radius, ..Ball::POOL });
         if let Some(ratio) = case.mass_ratio.or(self.mass_ratio) {

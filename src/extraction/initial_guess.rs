@@ -8,7 +8,7 @@ use super::unusable::{Bodies, Unusable};
 use crate::film::frame_noise::noise;
 use crate::film::rigid_body::distances;
 use crate::measurement::track::{Sample, TrackShot};
-use crate::numerics::{SIGNIFICANT, median};
+use crate::numerics::{SIGNIFICANT, median, median_error};
 
 /// Distance from its place of rest at which the object ball has moved, in standard deviations.
 const MIN_MOVED_ERRORS: f64 = 6.0;
@@ -152,13 +152,11 @@ fn middle(samples: &[Sample]) -> Point {
 /// Returns the speed between the medians of both halves of some samples, which resist a few wrong
 /// frames, its standard error for unit noise, and the time between the halves.
 fn robust_speed(samples: &[Sample]) -> [f64; 3] {
-    // standard error of a median over that of a mean, for many numbers
-    let median_error = std::f64::consts::FRAC_PI_2.sqrt();
     let (early, late) = samples.split_at(samples.len() / 2);
     let time = |half: &[Sample]| median(half.iter().map(|s| s.t).collect());
     let seconds = time(late) - time(early);
     let counts = (early.len() as f64).recip() + (late.len() as f64).recip();
-    [(middle(late) - middle(early)).norm() / seconds, median_error * counts.sqrt() / seconds, seconds]
+    [(middle(late) - middle(early)).norm() / seconds, median_error() * counts.sqrt() / seconds, seconds]
 }
 
 /// Returns the time at which the balls are nearest, s: the time of contact for any scale.

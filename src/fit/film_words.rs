@@ -50,9 +50,6 @@ pub(crate) fn words_of(name: &str, values: Values) -> String {
 /// half of it is next to no topspin.
 pub(super) const DIFFERS: f64 = 0.2;
 
-/// Frames between neighbouring positions of a disc beyond which some are missing.
-const GAP: f64 = 2.5;
-
 /// Returns a finding as a remark, of a table if `film` is `None`; `None` if it stands elsewhere.
 pub(super) fn remark(finding: &Finding, film: Option<&FittedFilm>) -> Option<Remark> {
     let [radius, scale_sd] = film.map_or([f64::NAN, 0.0], |film| [film.radius(), film.scale_sd]);
@@ -217,6 +214,6 @@ fn misses_frames(track: &TrackShot, impact: &DiscImpact) -> bool {
     [&track.cue, &track.object].into_iter().any(|samples| {
         let after = samples.partition_point(|sample| sample.t < time.value);
         let before = after.checked_sub(1).and_then(|i| samples.get(i));
-        before.zip(samples.get(after)).is_some_and(|(a, b)| (b.t - a.t) * track.fps > GAP)
+        before.zip(samples.get(after)).is_some_and(|(a, b)| ((b.t - a.t) * track.fps).round() > 2.0)
     })
 }

@@ -16,14 +16,11 @@ use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity};
 use crate::problem::{
-    Component, Deviations, DiscFit, Id, Known, Policy, Quantiles, ShiftScore, Slope, fit_discs,
+    Component, Deviations, DiscFit, Id, Known, MUS, Policy, Quantiles, ShiftScore, Slope, fit_discs,
 };
 
 /// Number of shots that show how much shots differ.
 const LEAST_SHOTS: usize = 3;
-
-/// Largest friction that is tried for discs of any material: rubber on rubber seldom has more.
-const MOST_FRICTION: f64 = 2.0;
 
 /// Number of slips of a curve, enough to place its bends within a hundredth of its length.
 const POINTS: usize = 120;
@@ -35,7 +32,8 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let mut dataset = request.dataset.clone();
     let mu = &mut dataset.settings[Parameter::Mu];
     if *mu == Parameter::Mu.default_setting() {
-        mu.upper = MOST_FRICTION;
+        // rubber on rubber seldom has more than the last start
+        mu.upper = MUS[MUS.len() - 1];
     }
     let found = fit_discs(&dataset, &Policy::default()).map_err(|error| request.of_film(error))?;
     let DiscFit { solution, impacts, .. } = &found;

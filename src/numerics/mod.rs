@@ -30,3 +30,8 @@ pub(crate) fn wrap(angle: f64) -> f64 {
     let turned = angle.rem_euclid(TAU);
     if turned > PI { turned - TAU } else { turned }
 }
+
+/// Returns the standard error of a median over that of a mean, of many normal numbers.
+pub(crate) fn median_error() -> f64 {
+    std::f64::consts::FRAC_PI_2.sqrt()
+}

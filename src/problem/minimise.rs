@@ -15,7 +15,7 @@ use crate::numerics::least_squares::{self, Descending, FIRST_DAMPING, ROUNDING, 
 /// Values of μ that descents start from, of waxed balls to rubber: a contact that sticks does not
 /// depend on μ, so that thick shots of slippery bodies have minima between small values. In films
 /// of balls those near published ones (0.03 to 0.08) are enough.
-const MUS: [f64; 11] = [0.002, 0.005, 0.01, 0.02, 0.06, 0.12, 0.25, 0.4, 0.7, 1.2, 2.0];
+pub(crate) const MUS: [f64; 11] = [0.002, 0.005, 0.01, 0.02, 0.06, 0.12, 0.25, 0.4, 0.7, 1.2, 2.0];
 const OF_FILMS: Range<usize> = 3..7;
 
 /// Values of κ that descents start from: stiff contacts to soft ones.

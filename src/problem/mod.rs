@@ -78,7 +78,7 @@ pub(crate) use {
     block::Block,
     effects::comply,
     film::own,
-    minimise::{Descent, descend, descend_with_noise},
+    minimise::{Descent, MUS, descend, descend_with_noise},
     problem::{Evaluation, Problem, Sample, State},
     uncertainty::{Estimates, robust_covariance},
     unknowns::{Mode, Own, Shared, Unknown},

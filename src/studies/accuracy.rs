@@ -1,9 +1,9 @@
 //! The error of every fidelity on a set of shots, and the time of a collision.
 //!
 //! The numerical error is against the same equations: of a rigid contact against `full`, whose own
-//! error is against a table of 25 digits; of a compliant one against itself at [`MIN_TOLERANCE`].
+//! error is against a table of 25 digits; of a compliant one against itself at the least of [`TOLERANCES`].
 //! The model error, by the effects that a fidelity leaves out, is against `contact` at
-//! [`MIN_TOLERANCE`].
+//! the least of [`TOLERANCES`].
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -17,7 +17,7 @@ use crate::measurement::parameter::Settings;
 use crate::measurement::written::written_by_name;
 use crate::name::worded;
 use crate::physics::ball::{Ball, BallState, Vec3};
-use crate::physics::collision::{Coefficients, Fidelity, MIN_TOLERANCE, Model, NotACollision, Outcome};
+use crate::physics::collision::{Coefficients, Fidelity, Model, NotACollision, Outcome, TOLERANCES};
 use crate::physics::contact_frame::cue_velocity;
 use crate::problem::predict;
 use crate::simulate::{self, Spec, SynthError};
@@ -145,7 +145,7 @@ fn errors_of_full() -> Errors {
 pub(crate) fn study(dataset: &Dataset, shots: &[BallState], kappa: f64) -> Result<Vec<Row>, NotACollision> {
     let (ball, coefficients) = (dataset.ball, dataset.settings.coefficients());
     let all = |model: &Model| -> Result<Vec<Outcome>, NotACollision> {
-        let model = Model { tolerance: MIN_TOLERANCE, ..*model };
+        let model = Model { tolerance: *TOLERANCES.start(), ..*model };
         shots.iter().map(|cue| model.collide(cue, &coefficients)).collect()
     };
     let contact = Model { kappa, ..Model::new(Fidelity::Contact, ball) };
@@ -183,8 +183,8 @@ pub(crate) fn study(dataset: &Dataset, shots: &[BallState], kappa: f64) -> Resul
     let ways = [(rigid, Includes::AsFull), (compliant, Includes::Compliant), (contact, Includes::All)];
     for (model, includes) in ways {
         // the reference has no error against itself
-        let run = |tolerance: &f64| includes == Includes::AsFull || *tolerance > MIN_TOLERANCE;
-        let tolerances = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, MIN_TOLERANCE].into_iter().filter(run);
+        let run = |tolerance: &f64| includes == Includes::AsFull || *tolerance > *TOLERANCES.start();
+        let tolerances = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, *TOLERANCES.start()].into_iter().filter(run);
         rows.extend(tolerances.map(|tolerance| row(Model { tolerance, ..model }, includes)));
     }
     Ok(rows)

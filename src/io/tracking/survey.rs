@@ -35,8 +35,6 @@ const BALLS: [(&str, f64); 4] =
     [("pyramid", 0.034), ("carom", 0.03075), ("pool", 0.028_575), ("snooker", 0.02625)];
 /// Largest ratio of a diameter to the distance of centres that noise explains.
 const NEARER: f64 = 1.02;
-/// Largest angle of a disc in radians, two turns; degrees of a whole turn are 360.
-const MAX_RADIANS: f64 = 4.0 * std::f64::consts::PI;
 /// Beginning of exports of Motive (OptiTrack), whose height is y.
 const MOTIVE: &str = "Format Version";
 
@@ -331,7 +329,8 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
     }
     if angles.iter().any(|column| heading.units[*column].is_none()) {
         let most = angles.iter().map(|column| rows.largest(*column)).fold(0.0, f64::max);
-        let unit = if most > MAX_RADIANS { "deg" } else { "rad" };
+        // two turns in radians are less than a tenth of one in degrees
+        let unit = if most > 2.0 * std::f64::consts::TAU { "deg" } else { "rad" };
         columns[0].insert("angle_unit".to_string(), Column::Name(unit.to_string()));
     }
     Some(columns)

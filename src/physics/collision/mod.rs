@@ -90,10 +90,9 @@ pub struct Coefficients {
 /// Speeds of a cue ball, m/s: products of squares do not overflow or vanish.
 pub const SPEEDS: RangeInclusive<f64> = 1e-9..=1e9;
 
-/// The smallest [`Model::tolerance`]: below it, rounding errors prevail.
-pub const MIN_TOLERANCE: f64 = 1e-12;
-/// The range of [`Model::tolerance`]: above it, the error is larger than the tolerance.
-pub const TOLERANCES: RangeInclusive<f64> = MIN_TOLERANCE..=1e-2;
+/// The range of [`Model::tolerance`]: below it, rounding errors prevail; above it, the error is
+/// larger than the tolerance.
+pub const TOLERANCES: RangeInclusive<f64> = 1e-12..=1e-2;
 
 /// The range of m_cue/m_object; beyond, roundings of one ball's velocity show in the other's.
 pub(crate) const MASS_RATIOS: RangeInclusive<f64> = 1e-3..=1e3;

@@ -9,7 +9,8 @@ use super::block::{DiscBlock, NOISES, PointTrack, ShotFrames};
 use super::lines::{Meeting, Stuck, turning};
 use super::own::{self, CORE, DISTANCE_SD, list_unknowns, spreads};
 use crate::extraction::{Bodies, Unusable};
-use crate::film::{frame_noise, rigid_body};
+use crate::film::frame_noise::{self, MIN_NOISE_M};
+use crate::film::rigid_body;
 use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Sample, TrackShot, TrackedBall};
@@ -23,13 +24,9 @@ use crate::problem::unknowns::{Id, Own, Shared};
 /// √(1 + 3x² + 5(3x² − 1)²/4)/√15 at x = 3.
 const EXTRAPOLATED: f64 = 7.6;
 
-/// Positions that differ by less are the same, m.
-const SAME_PLACE_M: f64 = 1e-9;
-
 /// Part by which distances between points of one disc change at most, the tenth at either end left
 /// out for mistaken points: a camera that leans by 25° shortens them by as much in one direction.
 const NOT_RIGID: f64 = 0.1;
-const TAIL: f64 = 0.1;
 
 /// Frames on either side of the impact in which these are looked at, and frames with both points
 /// that are needed.
@@ -191,7 +188,7 @@ impl Guessed {
 /// three or more points are on a circle about it.
 fn is_of_points(centre: &[Sample], points: &[&[Sample]]) -> bool {
     let Ok(circle) = rigid_body::circle_centres(points) else { return false };
-    let is_same = |(a, b): (&Sample, &Sample)| a.t == b.t && (a.x - b.x).hypot(a.y - b.y) < SAME_PLACE_M;
+    let is_same = |(a, b): (&Sample, &Sample)| a.t == b.t && (a.x - b.x).hypot(a.y - b.y) < MIN_NOISE_M;
     circle.len() == centre.len() && circle.iter().zip(centre).all(is_same)
 }
 
@@ -211,7 +208,7 @@ fn check_rigidity(shot: &TrackShot, impact: Option<f64>) -> Result<(), Unusable>
             if distances.len() < LEAST_FRAMES {
                 continue;
             }
-            let tail = (TAIL * distances.len() as f64) as usize;
+            let tail = distances.len() / 10;
             let (least, most) = (distances[tail], distances[distances.len() - 1 - tail]);
             if 2.0 * (most - least) / (most + least) > NOT_RIGID {
                 return Err(Unusable::NotRigid {

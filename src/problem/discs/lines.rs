@@ -7,7 +7,7 @@ use crate::film::frame_noise::{constant_axis, noise_of};
 use crate::film::rigid_body::{distances, frames};
 use crate::measurement::dataset::Measured;
 use crate::measurement::track::{Sample, TrackShot};
-use crate::numerics::{SIGNIFICANT, median, wrap};
+use crate::numerics::{SIGNIFICANT, median, median_error, wrap};
 use crate::problem::film::camera::Point;
 
 /// Frames of each disc on either side of the impact that are needed.
@@ -183,9 +183,6 @@ const MOST_FRAMES: usize = 120;
 const SKIPPED: usize = 2;
 const SETTLED: usize = 6;
 
-/// Standard error of a median over that of a mean, of normal errors.
-const MEDIAN_ERROR: f64 = 1.2533;
-
 impl Stuck {
     /// Returns how the discs stick together, as a clause.
     #[must_use]
@@ -219,7 +216,7 @@ impl Stuck {
         let growth = middle(&used[2 * third..]) - middle(&used[..third]);
         let way = (used[2 * third].0 - used[0].0) * closing;
         // a median of distances, each with the noise of two coordinates
-        let error = MEDIAN_ERROR * noise * (2.0 * 2.0 / third as f64).sqrt() / way;
+        let error = median_error() * noise * (2.0 * 2.0 / third as f64).sqrt() / way;
         if !(closing > 0.0 && growth.abs() / way + 3.0 * error < PARTING) {
             return None;
         }
