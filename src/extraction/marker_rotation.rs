@@ -124,10 +124,10 @@ fn measure(spots: &[Vec<Seen>], stated: bool) -> Option<Rotation> {
 
 /// Returns predicted less seen places in standard deviations.
 fn residuals_of(markers: &[Placed], x: &DVector<f64>) -> DVector<f64> {
-    let of_marker = |(i, marker): (usize, &Placed)| {
+    let moved = |(i, marker): (usize, &Placed)| {
         marker.residuals(x, [SHARED, SHARED + 1].map(|place| x[place + 2 * i]))
     };
-    DVector::from_vec(markers.iter().enumerate().flat_map(of_marker).collect())
+    DVector::from_vec(markers.iter().enumerate().flat_map(moved).collect())
 }
 
 /// A marker in the fit: its frames in the order of their distance from the impact.
@@ -154,12 +154,12 @@ impl Placed {
         let change = Vec3::new(shared[3], shared[4], 0.0);
         let mut place = self.base * Vec3::new(first, second, 1.0).normalize();
         let mut now = 0.0;
-        let of_frame = |Seen { time, at, sd }: &Seen| {
+        let spot = |Seen { time, at, sd }: &Seen| {
             place = Rotation3::new((spin + change * (0.5 * (now + time))) * (time - now)) * place;
             now = *time;
             [0, 1].map(|axis| (place[axis] - at[axis]) / sd)
         };
-        self.seen.iter().flat_map(of_frame).collect()
+        self.seen.iter().flat_map(spot).collect()
     }
 }
 
@@ -169,7 +169,7 @@ impl Placed {
 pub(crate) fn rotations(shot: &TrackShot, impact: f64, radius: f64, noise: f64) -> [Option<Rotation>; 3] {
     let near = ROTATION_FRAMES / shot.fps;
     let (before, after) = ([impact - near, impact], [impact, impact + near]);
-    let of = |ball: TrackedBall, window: [f64; 2]| {
+    let rotation = |ball: TrackedBall, window: [f64; 2]| {
         let centres = if ball == TrackedBall::Cue { &shot.cue } else { &shot.object };
         let own = || shot.markers.iter().filter(|marker| marker.ball == ball);
         let spot = |marker: &Marker| spot(&marker.samples, centres, (window, impact), (radius, noise));
@@ -178,7 +178,11 @@ pub(crate) fn rotations(shot: &TrackShot, impact: f64, radius: f64, noise: f64) 
         let stated = shot.position_sd.is_some() || own().all(is_known);
         measure(&spots, stated)
     };
-    [of(TrackedBall::Cue, before), of(TrackedBall::Cue, after), of(TrackedBall::Object, after)]
+    [
+        rotation(TrackedBall::Cue, before),
+        rotation(TrackedBall::Cue, after),
+        rotation(TrackedBall::Object, after),
+    ]
 }
 
 /// Returns a marker's places from the centre of its ball in the frames of a window that show both.
@@ -225,10 +229,10 @@ mod tests {
     fn one_marker_gives_the_whole_angular_velocity() {
         let wrong = [(1.4e-3, 0.5), (2.4e-3, 0.478)].map(|(time, x)| Seen { time, at: [x, 0.0], sd: 1e-4 });
         for spots in [vec![spot()], vec![spot(), wrong.to_vec()]] {
-            let found = measure(&spots, true).unwrap();
+            let rotation = measure(&spots, true).unwrap();
             // steps of a frame, midpoint rule: (slowing × spin) Δt² / 12 per second
-            assert!((found.spin - SPIN).norm() < 1e-3, "{}", found.spin);
-            assert!(found.sd.iter().all(|sd| (1e-6..10.0).contains(&(sd * sd))));
+            assert!((rotation.spin - SPIN).norm() < 1e-3, "{}", rotation.spin);
+            assert!(rotation.sd.iter().all(|sd| (1e-6..10.0).contains(&(sd * sd))));
         }
     }
 

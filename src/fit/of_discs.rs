@@ -35,26 +35,26 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         // rubber on rubber seldom has more than the last start
         mu.upper = MUS[MUS.len() - 1];
     }
-    let found = fit_discs(&dataset, &Policy::default()).map_err(|error| request.of_film(error))?;
-    let DiscFit { solution, impacts, .. } = &found;
+    let disc_fit = fit_discs(&dataset, &Policy::default()).map_err(|error| request.of_film(error))?;
+    let DiscFit { solution, impacts, .. } = &disc_fit;
     let common = Fitted {
         request: Request { dataset: &dataset, ..request },
         settings: dataset.settings,
         solution: Arc::new(solution.clone()),
-        deviations: deviations(&found),
+        deviations: deviations(&disc_fit),
     };
     let shots = solution.names[0].len();
-    let estimates = estimates(&common, &found);
-    let of_status = |is_wanted: &dyn Fn(&Estimate) -> bool| -> Vec<Parameter> {
+    let estimates = estimates(&common, &disc_fit);
+    let parameters = |is_wanted: &dyn Fn(&Estimate) -> bool| -> Vec<Parameter> {
         estimates.iter().filter(|e| is_wanted(e)).map(|e| e.parameter).collect()
     };
-    let with_error = of_status(&|e| e.std_error.is_some());
+    let with_error = parameters(&|e| e.std_error.is_some());
     let standardized: Vec<f64> = common.deviations.iter().flatten().flat_map(whiten).collect();
-    let own = Own {
+    let parts = Own {
         errors: &solution.covariance,
-        silent: of_status(&|e| e.status == Status::NotIdentified),
+        silent: parameters(&|e| e.status == Status::NotIdentified),
         drawn: with_error.clone(),
-        dof_of_noise: dof(&found),
+        dof_of_noise: dof(&disc_fit),
         chi2: standardized.iter().map(|x| x * x).sum(),
         dof: standardized.len().saturating_sub(with_error.len()) as f64,
         is_stated: false,
@@ -64,10 +64,10 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     };
     let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
     let distance = discs.and_then(|discs| discs.radii).map(|[first, second]| first + second);
-    let [restitution, impulse_ratio, ..] = found.scatter();
+    let [restitution, impulse_ratio, ..] = disc_fit.scatter();
     let mut fit = Fit {
-        chi2: own.chi2,
-        dof: own.dof as usize,
+        chi2: parts.chi2,
+        dof: parts.dof as usize,
         ball: Ball {
             radius: 0.5 * distance.unwrap_or_else(|| solution.value(Id::ContactDistance)),
             mass: 1.0,
@@ -78,7 +78,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         disc_shots: impacts.clone(),
         scatter: Some(Scatter { restitution, impulse_ratio, is_estimated: shots >= LEAST_SHOTS }),
         camera: Some(FoundCamera::of_film(&common.solution)),
-        ..common.fit(own)
+        ..common.fit(parts)
     };
     let effects = Effects {
         compliance: solution.value(Id::Kappa) > 0.0,
@@ -86,9 +86,9 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         ..Fidelity::Full.effects()
     };
     fit.diagnostics.computed = vec![Computed { fidelity: Fidelity::Full, effects, shots }];
-    (fit.diagnostics.robust, fit.diagnostics.has_rival) = (None, !found.others.is_empty());
+    (fit.diagnostics.robust, fit.diagnostics.has_rival) = (None, !disc_fit.others.is_empty());
     fit.friction_curve = friction_curve(&fit);
-    doubts::comment(&mut fit, &dataset, &[], false, notes(&found));
+    doubts::comment(&mut fit, &dataset, &[], false, notes(&disc_fit));
     Ok(fit)
 }
 
@@ -99,7 +99,7 @@ fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
     let scatter = found.scatter();
     // a single shot does not show the law that J_t/J_n would deviate from
     let is_law_shown = !found.undetermined.contains(&Id::Mu);
-    let of_shot = |name: &String| {
+    let deviations = |name: &String| {
         let impact = impacts.iter().find(|impact| impact.name == *name)?;
         let closing = impact.get("closing_speed")?.value;
         let slip = impact.get("slip_ratio").map(|slip| slip.value);
@@ -129,7 +129,7 @@ fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
             spins: [f64::NAN; 2],
         })
     };
-    solution.names[0].iter().map(of_shot).collect()
+    solution.names[0].iter().map(deviations).collect()
 }
 
 fn estimates(common: &Fitted, found: &DiscFit) -> Vec<Estimate> {
@@ -141,8 +141,8 @@ fn estimates(common: &Fitted, found: &DiscFit) -> Vec<Estimate> {
         others: &found.others,
         profiles: common.request.options.depth >= Depth::Intervals,
     };
-    let of_law = common.parameters().into_iter().filter(|p| *p != Parameter::MuS && !p.is_of_balls());
-    of_law.map(|p| known.estimate(p).unless_uninformed(&common.settings[p])).collect()
+    let parameters = common.parameters().into_iter().filter(|p| *p != Parameter::MuS && !p.is_of_balls());
+    parameters.map(|p| known.estimate(p).unless_uninformed(&common.settings[p])).collect()
 }
 
 /// Returns the degrees of freedom of the scatter; `None` for a single shot, which shows none.

@@ -77,7 +77,7 @@ impl OfRows<'_> {
             estimates.push(Estimate::bare(Parameter::Kappa, kappa, Status::Fixed));
             estimates.sort_by_key(|estimate| estimate.parameter as usize);
         }
-        let of_status = |is_wanted: &dyn Fn(&Estimate) -> bool| -> Vec<Parameter> {
+        let parameters = |is_wanted: &dyn Fn(&Estimate) -> bool| -> Vec<Parameter> {
             estimates.iter().filter(|e| is_wanted(e)).map(|e| e.parameter).collect()
         };
         let is_informed = |e: &Estimate| solution.is_informed(Id::from(e.parameter));
@@ -90,11 +90,11 @@ impl OfRows<'_> {
         let has_region = |e: &Estimate| has_regions && (e.std_error.is_some() || e.is_at_bound());
         Own {
             errors: as_free,
-            combined: of_status(&|e| {
+            combined: parameters(&|e| {
                 is_of_contact(e) && (e.status == Status::Free || is_silent(e)) && is_informed(e)
             }),
-            silent: of_status(&|e| is_silent(e) && !is_informed(e)),
-            drawn: of_status(&|e| is_of_contact(e) && has_region(e)),
+            silent: parameters(&|e| is_silent(e) && !is_informed(e)),
+            drawn: parameters(&|e| is_of_contact(e) && has_region(e)),
             dof_of_noise: *dof,
             chi2: solution.chi2_of_all(),
             dof: solution.dof() as f64,

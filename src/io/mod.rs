@@ -155,12 +155,12 @@ pub(crate) fn positions_of<'a>(shots: impl Iterator<Item = &'a TrackShot>) -> Po
         });
         for (ball, point, samples) in centres.into_iter().chain(markers) {
             for Sample { t, x, y, sd } in samples {
-                let own = [shot.name.as_str(), ball, point];
-                names.iter_mut().zip(own).for_each(|(column, name)| column.push(name));
+                let words = [shot.name.as_str(), ball, point];
+                names.iter_mut().zip(words).for_each(|(column, name)| column.push(name));
                 frames.push((t * shot.fps).round() as i64);
                 let [x_sd, y_sd] = sd.map_or([None; 2], |sd| sd.map(Some));
-                let own = [Some(*t), Some(*x), Some(*y), x_sd, y_sd];
-                numbers.iter_mut().zip(own).for_each(|(column, number)| column.push(number));
+                let row = [Some(*t), Some(*x), Some(*y), x_sd, y_sd];
+                numbers.iter_mut().zip(row).for_each(|(column, number)| column.push(number));
             }
         }
     }
@@ -201,8 +201,8 @@ const IMPACTS: Columns = Columns {
 /// gives its components the standard deviations `nx_sd` = σ|n_y| and `ny_sd` = σ|n_x|, whose
 /// squares add up to σ² again.
 fn add_rows(dataset: &mut Dataset, file: &Path, kind: Kind, assume: StatedSpin, source: &Source) {
-    let of_kind = if kind == Kind::Impacts { IMPACTS } else { ANGLES };
-    let Columns { before, required, spin: omega, observables } = of_kind;
+    let columns = if kind == Kind::Impacts { IMPACTS } else { ANGLES };
+    let Columns { before, required, spin: omega, observables } = columns;
     let observed = observables.iter().map(|one| (one.column(), one.unit_si(), FINITE));
     let spins = omega.map(|name| (name, 1.0, FINITE));
     let columns: Vec<Column> = before.iter().copied().chain(observed).chain(spins).collect();

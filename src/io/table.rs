@@ -87,8 +87,8 @@ impl<'a> Table<'a> {
             let hint = if text.contains("\n#") { " (lines that begin with # are comments)" } else { "" };
             wrong(Some(line), &format!("no rows below the column names; expected at least one{hint}"));
         }
-        let of_width = |Record { cells, .. }: &Record| cells.len() == names.len();
-        for Record { line, cells } in rows.extract_if(.., |record| !of_width(record)) {
+        let is_whole = |Record { cells, .. }: &Record| cells.len() == names.len();
+        for Record { line, cells } in rows.extract_if(.., |record| !is_whole(record)) {
             wrong(Some(line), &wrong_width(cells.len(), names.len(), separator));
         }
         let (path, known, numbers) = (path.to_path_buf(), Vec::new(), HashMap::new());
@@ -168,9 +168,9 @@ impl<'a> Table<'a> {
     fn check_names(&self, required: &str) {
         let known = &self.known;
         for name in self.names() {
-            let of = name.strip_suffix("_sd").filter(|of| known.contains(of) && !self.has(of));
-            if let Some(of) = of {
-                self.wrong(None, name, format!("there is no column {of} that it belongs to"));
+            let value = name.strip_suffix("_sd").filter(|value| known.contains(value) && !self.has(value));
+            if let Some(value) = value {
+                self.wrong(None, name, format!("there is no column {value} that it belongs to"));
             } else if let Some(meant) = near_miss(name, known, |name| self.has(name)) {
                 let message = format!(
                     "is not a known name, but nearly {meant}; write {meant}, or give a label that is called so another name"
@@ -301,17 +301,17 @@ fn records(text: &str, separator: char, wrong: &dyn Fn(usize, &str)) -> Vec<Reco
         let length = |from: usize| rest[from..].find(end).map_or(rest.len(), |length| from + length);
         let mut record = &rest[..length(0)];
         let is_comment = record.trim_start().starts_with('#');
-        let mut found = cells(record, Some(separator));
-        while let Err(Slip::Open(_)) = &found
+        let mut row = cells(record, Some(separator));
+        while let Err(Slip::Open(_)) = &row
             && !is_comment
             && let Some(next) = rest[record.len()..].find('"')
         {
             // the cell goes on below, at least to the line of the next quotation mark
             record = &rest[..length(record.len() + next)];
-            found = cells(record, Some(separator));
+            row = cells(record, Some(separator));
         }
         let line_of = |at: usize| line + record[..at].matches(end).count();
-        match found {
+        match row {
             _ if is_comment => {}
             Ok(cells) if cells.iter().all(|cell| cell.is_empty()) => {}
             Ok(cells) => {

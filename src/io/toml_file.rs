@@ -249,7 +249,7 @@ fn texts(list: &Json) -> impl Iterator<Item = &str> {
 
 /// Returns the values that one of some schemas allows, in words.
 fn expected(schemas: &[&Json]) -> String {
-    let of_one = |schema: &&Json| -> Vec<String> {
+    let names = |schema: &&Json| -> Vec<String> {
         if let Some(keys) = schema["properties"].as_object() {
             let keys: Vec<String> = keys.keys().map(|key| format!("{key} = …")).collect();
             return vec![format!("{{ {} }}", keys.join(", "))];
@@ -258,11 +258,11 @@ fn expected(schemas: &[&Json]) -> String {
             return vec![format!("[{}, …]", expected(&alternatives(&schema["items"])))];
         }
         let words: Vec<String> = words(schema).iter().map(|word| format!("\"{word}\"")).collect();
-        let of_type =
+        let types =
             TYPES.iter().find(|(own, ..)| *own == type_of(schema)).map(|(.., words)| (*words).to_owned());
-        if words.is_empty() { of_type.into_iter().collect() } else { words }
+        if words.is_empty() { types.into_iter().collect() } else { words }
     };
-    let mut each: Vec<String> = schemas.iter().flat_map(of_one).collect();
+    let mut each: Vec<String> = schemas.iter().flat_map(names).collect();
     let last = each.pop().unwrap_or_default();
     if each.is_empty() { last } else { format!("{} or {last}", each.join(", ")) }
 }

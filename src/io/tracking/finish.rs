@@ -90,9 +90,9 @@ pub(super) fn follow(shots: &mut [RawShot], job: Job) {
         let rows: Vec<Row> = shot.tracks.iter().flat_map(RawTrack::seen).copied().collect();
         let (mut tracks, mut others) = (vec![RawTrack::default(); 2], Vec::new());
         for frame in rows.chunk_by(|a, b| a.time == b.time) {
-            let found = nearest([0, 1].map(|ball: usize| tracks[ball].rows.last()), frame);
-            others.extend((0..frame.len()).filter(|i| !found.contains(&Some(*i))).map(|i| frame[i].line));
-            for (track, row) in tracks.iter_mut().zip(found) {
+            let followed = nearest([0, 1].map(|ball: usize| tracks[ball].rows.last()), frame);
+            others.extend((0..frame.len()).filter(|i| !followed.contains(&Some(*i))).map(|i| frame[i].line));
+            for (track, row) in tracks.iter_mut().zip(followed) {
                 track.rows.extend(row.map(|row| frame[row]));
             }
         }

@@ -59,9 +59,9 @@ impl Heading {
         // single blanks only separate names without further ones
         let are_blanks = separator == ' ' && (content.starts_with(' ') || content.contains("  "));
         let separator = (!are_blanks).then_some(separator);
-        let own = trimmed(content, separator)?;
-        let own_names = own.iter().map(|name| split(name).0.to_lowercase()).collect();
-        let names = told_apart(own, titles, separator);
+        let cells = trimmed(content, separator)?;
+        let own_names = cells.iter().map(|name| split(name).0.to_lowercase()).collect();
+        let names = told_apart(cells, titles, separator);
         let mut heading = Self { is_comment, own: own_names, ..Self::plain(line, line, separator, names) };
         let bare = heading.names.iter().map(|name| split(name)).map(|(bare, unit)| (bare.to_owned(), unit));
         (heading.bare, heading.units) = bare.unzip();

@@ -272,16 +272,16 @@ impl<'a> ShotsTable<'a> {
         let mut named: HashMap<usize, usize> = HashMap::new();
         for (name, Facts { line, file, .. }) in &self.rows {
             let Some(file) = file else { continue };
-            let of_file: Vec<usize> = (0..raw.len()).filter(|i| raw[*i].file.ends_with(file)).collect();
-            if of_file.is_empty() {
+            let in_file: Vec<usize> = (0..raw.len()).filter(|i| raw[*i].file.ends_with(file)).collect();
+            if in_file.is_empty() {
                 let near = did_you_mean(file, raw.iter().filter_map(|shot| shot.file.file_name()?.to_str()));
                 let message = format!(
                     "\"{file}\" is not among the files with shots that dataset.toml names under files{near}"
                 );
                 self.wrong(*line, "file", message);
             }
-            let own = of_file.iter().find(|i| raw[**i].name == *name);
-            let Some(shot) = own.or(of_file.first().filter(|_| of_file.len() == 1)) else { continue };
+            let same = in_file.iter().find(|i| raw[**i].name == *name);
+            let Some(shot) = same.or(in_file.first().filter(|_| in_file.len() == 1)) else { continue };
             raw[*shot].name.clone_from(name);
             if let Some(other) = named.insert(*shot, *line) {
                 let message = format!("\"{file}\" is also the file of line {other}; expected each shot once");

@@ -26,22 +26,22 @@ pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], job: Job) -> Result<
     let mut wrong = Vec::new();
     for (which, (key, names)) in NAMED.into_iter().zip(names).enumerate() {
         for (order, name) in names.0.iter().enumerate() {
-            let found = find(tracks, name).map_err(|message| (message, false));
+            let place = find(tracks, name).map_err(|message| (message, false));
             let missing = || missing(tracks, name, &format!("{key} = {}", names.shown()), order);
-            let i = match found.and_then(|found| found.ok_or_else(|| (missing(), true))) {
+            let i = match place.and_then(|place| place.ok_or_else(|| (missing(), true))) {
                 Ok(i) => i,
                 Err((message, is_damage)) => {
                     wrong.push(Wrong { line: *line, message, is_damage });
                     break;
                 }
             };
-            let own = tracks[i].name.clone();
-            if own != *name {
-                let message = format!("the track \"{own}\" is [tracks] {key} = \"{name}\"");
+            let track = tracks[i].name.clone();
+            if track != *name {
+                let message = format!("the track \"{track}\" is [tracks] {key} = \"{name}\"");
                 job.note(Subject::Names, tracks[i].line(), message);
             }
             tracks[i].role = Some([which, order]);
-            for point in tracks.iter_mut().filter(|other| other.point.is_some() && other.name == own) {
+            for point in tracks.iter_mut().filter(|other| other.point.is_some() && other.name == track) {
                 point.role.get_or_insert([which % 2 + 2, 0]);
             }
         }
@@ -81,8 +81,8 @@ pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<usize>, S
     let is_free = |track: &RawTrack| track.point.is_none() && track.role.is_none();
     let rank_at = |i: &usize| Some(&tracks[*i]).filter(|track| is_free(track)).and_then(|t| rank(&t.name));
     let best = (0..tracks.len()).filter_map(|i| rank_at(&i)).min();
-    let found: Vec<usize> = (0..tracks.len()).filter(|i| best.is_some() && rank_at(i) == best).collect();
-    match found.as_slice() {
+    let places: Vec<usize> = (0..tracks.len()).filter(|i| best.is_some() && rank_at(i) == best).collect();
+    match places.as_slice() {
         [] => Ok(None),
         [one] => Ok(Some(*one).filter(|_| best != Some(3))),
         many => {
@@ -109,8 +109,8 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
         raw.iter().enumerate().filter_map(|(i, shot)| Some((i, single(shot, names)?))).collect();
     let are_only = raw.len() == 2;
     for (_, Single { key, .. }) in singles.iter().filter(|(_, single)| single.ball == 0) {
-        let of_key: Vec<_> = singles.iter().filter(|(_, other)| are_only || other.key == *key).collect();
-        let (cues, objects): (Vec<_>, Vec<_>) = of_key.into_iter().partition(|(_, other)| other.ball == 0);
+        let alike: Vec<_> = singles.iter().filter(|(_, other)| are_only || other.key == *key).collect();
+        let (cues, objects): (Vec<_>, Vec<_>) = alike.into_iter().partition(|(_, other)| other.ball == 0);
         let ([(i, _)], [(j, object)]) = (&cues[..], &objects[..]) else { continue };
         if raw[*i].stated != raw[*j].stated {
             continue;
@@ -198,10 +198,10 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(
     let names_of =
         |group: &Vec<usize>| -> Vec<String> { group.iter().map(|i| raw.tracks[*i].name.clone()).collect() };
     let mut groups: [Vec<usize>; 2] = groups.try_into().map_err(|groups: Vec<Vec<usize>>| {
-        let found: Vec<String> = groups.iter().map(|group| quoted(names_of(group))).collect();
-        let found = if found.is_empty() { "none".to_string() } else { found.join(" and ") };
+        let known: Vec<String> = groups.iter().map(|group| quoted(names_of(group))).collect();
+        let known = if known.is_empty() { "none".to_string() } else { known.join(" and ") };
         let message = format!(
-            "its {} tracks are not two discs: groups of three or more points that keep their distances are {found}. Expected \
+            "its {} tracks are not two discs: groups of three or more points that keep their distances are {known}. Expected \
              two such groups, or [tracks] cue and object (for this shot alone, in the table that [tracks] shots names), or the \
              shot skipped",
             points.len()
@@ -214,9 +214,9 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(
     }
     // the centre, or points on a circle about it, and further points
     let [one, other] = groups.map(|group| {
-        let own: Vec<&RawTrack> = group.iter().map(|i| &points[*i]).collect();
+        let members: Vec<&RawTrack> = group.iter().map(|i| &points[*i]).collect();
         let mut names = names_of(&group);
-        match central(&own) {
+        match central(&members) {
             Some(centre) => [vec![names.remove(centre)], names],
             None => [names, Vec::new()],
         }

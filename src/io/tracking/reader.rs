@@ -172,11 +172,11 @@ impl<'a> Reader<'a> {
         let place = [0, 1].map(|axis: usize| {
             let mut number =
                 |columns: [usize; 2]| self.positions.number(at(columns[axis])).unwrap_or(f64::NAN);
-            let own = number(body.xy);
+            let place = number(body.xy);
             match (body.corner, body.size) {
-                (Some(corner), _) => f64::midpoint(own, number(corner)),
-                (None, Some(size)) => own + 0.5 * number(size),
-                (None, None) => own,
+                (Some(corner), _) => f64::midpoint(place, number(corner)),
+                (None, Some(size)) => place + 0.5 * number(size),
+                (None, None) => place,
             }
         });
         let line = at(body.xy[0]).line;
@@ -285,20 +285,20 @@ impl Body {
         angle_unit: impl Fn(usize) -> Option<Unit>,
         at: impl Fn(&str) -> Option<usize>,
     ) -> Option<Vec<Self>> {
-        let of = |key: &str| at(&format!("{begin}{key}"));
-        let pair = |one: &str, other: &str| Some([of(one)?, of(other)?]);
+        let column = |key: &str| at(&format!("{begin}{key}"));
+        let pair = |one: &str, other: &str| Some([column(one)?, column(other)?]);
         let part = |part, xy| Self { part, ..Self::new(name, xy) };
         let centre = Self {
-            point: of("point"),
+            point: column("point"),
             corner: pair("x2", "y2"),
             size: pair("width", "height"),
-            likelihood: of("likelihood"),
+            likelihood: column("likelihood"),
             sd: pair("x_sd", "y_sd"),
             ..part("", pair("x", "y")?)
         };
         let marker = pair("marker_x", "marker_y").map(|xy| part("marker", xy));
         let mut bodies: Vec<Self> = [Some(centre), marker].into_iter().flatten().collect();
-        if let Some(column) = of("angle") {
+        if let Some(column) = column("angle") {
             bodies.push(Self { angle: Some(angle_unit(column)?), ..part("angle", [column; 2]) });
         }
         Some(bodies)

@@ -242,10 +242,10 @@ const PAIRS: [[&str; 2]; 4] = [["x_sd", "y_sd"], ["marker_x", "marker_y"], ["x2"
 
 pub(super) fn schema_of_columns(generator: &mut SchemaGenerator) -> Schema {
     let column = generator.subschema_for::<Column>();
-    let of_each =
+    let faults =
         |begin: &str| -> Vec<String> { EACH.split(' ').map(|key| format!("{begin}{key}")).collect() };
     let each = ["", "cue_", "object_"];
-    let keys = KEYS.split(' ').map(str::to_owned).chain(each.into_iter().flat_map(of_each));
+    let keys = KEYS.split(' ').map(str::to_owned).chain(each.into_iter().flat_map(faults));
     let mut properties: IndexMap<String, Schema> = keys.map(|key| (key, column.clone())).collect();
     let units = json_schema!({ "type": "string", "enum": Unit::Rad.names_alike() });
     properties.insert(ANGLE_UNIT.to_owned(), units);

@@ -260,10 +260,10 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
     let names = heading.small();
     let rows = Rows::of(text, heading);
     let all = pairs(&names);
-    let of = |wanted: Kind| -> Vec<[usize; 2]> {
+    let places = |wanted: Kind| -> Vec<[usize; 2]> {
         all.iter().filter(|(_, kind)| *kind == wanted).map(|(pair, _)| *pair).collect()
     };
-    let [mut positions, markers, spreads] = [Kind::Position, Kind::Marker, Kind::Spread].map(of);
+    let [mut positions, markers, spreads] = [Kind::Position, Kind::Marker, Kind::Spread].map(places);
     if text.starts_with(MOTIVE) {
         // seen from above, z, x and the height y are right-handed as x, y and z are
         for [x, y] in &mut positions {
@@ -311,8 +311,8 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
     // deviations and markers of the ball that the row names
     let only = |pairs: &[[usize; 2]]| pairs.first().copied().filter(|_| pairs.len() == 1 && ball.is_some());
     for (i, (begin, xy)) in begins.iter().zip(&positions).enumerate() {
-        let of = |word: &str| beside(&names, xy[0], word);
-        let size = |width, height| Some([of(width)?, of(height)?]);
+        let column = |word: &str| beside(&names, xy[0], word);
+        let size = |width, height| Some([column(width)?, column(height)?]);
         let rest = boxes.get(i).map(|[_, rest]| *rest);
         let rest = rest.or_else(|| size("width", "height")).or_else(|| size("w", "h"));
         for (pair, [x, y]) in [
@@ -325,7 +325,7 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
             add(&format!("{begin}{y}"), pair.map(|pair| pair[1]));
         }
         add(&format!("{begin}angle"), angles.get(i).copied());
-        add(&format!("{begin}likelihood"), of("likelihood"));
+        add(&format!("{begin}likelihood"), column("likelihood"));
     }
     if angles.iter().any(|column| heading.units[*column].is_none()) {
         let most = angles.iter().map(|column| rows.largest(*column)).fold(0.0, f64::max);

@@ -146,13 +146,13 @@ pub(super) fn boxes(names: &[String], names_ball: bool) -> (Vec<[[usize; 2]; 2]>
     let plain: Vec<String> = names.iter().map(|name| words(name).concat()).collect();
     for (sides, is_size, are_certain) in SIDES {
         let begins = plain.iter().filter_map(|name| name.strip_suffix(sides[0]));
-        let of = |begin: &&str| {
+        let strip = |begin: &&str| {
             let at = |side: &str| plain.iter().position(|name| name.strip_prefix(begin) == Some(side));
             let [Some(x), Some(y), Some(other_x), Some(other_y)] = sides.map(at) else { return None };
             Some([[x, y], [other_x, other_y]])
         };
         let (begins, found): (Vec<&str>, Vec<_>) =
-            begins.filter_map(|begin| Some((begin, of(&begin)?))).unzip();
+            begins.filter_map(|begin| Some((begin, strip(&begin)?))).unzip();
         // x1, y1, x2, y2 of each of two balls
         let are_two = found.len() == 2 && begins.iter().all(|begin| !begin.is_empty());
         let is_stated = |begin: &&str| BOXES.iter().any(|prefix| begin.ends_with(prefix));

@@ -100,7 +100,7 @@ impl DiscBlock {
     fn look(&self, i: usize, motion: &Motion, own: &Own, shared: &Shared) -> Vec<Vec<Sight<ROW>>> {
         let dual = |i: usize, value: f64| constant::<POINT>(value).derivative(i);
         let (instant, camera) = (own[own::TIME], Camera::new(shared));
-        let of_track = |PointTrack { disc, marker, frames }: &PointTrack| {
+        let see = |PointTrack { disc, marker, frames }: &PointTrack| {
             let marker = marker.map(|[direction, radius]| {
                 [dual(COEFFICIENTS + 1, own[direction]), dual(COEFFICIENTS + 2, own[radius])]
             });
@@ -122,7 +122,7 @@ impl DiscBlock {
                 (side, rows(frame, seen, &by, by_time, Point::new(x.sd, y.sd)))
             })
         };
-        self.shots[i].tracks.iter().map(of_track).collect()
+        self.shots[i].tracks.iter().map(see).collect()
     }
 
     /// Returns the sums of shot `i`, with what is known of its own unknowns.
@@ -137,8 +137,8 @@ impl DiscBlock {
         for (track, sights) in shot.tracks.iter().zip(self.look(i, &motion, own, shared)) {
             // without a marker its derivatives are 0
             let [direction, radius] = track.marker.unwrap_or([own::TIME; 2]);
-            let of_camera = (0..CAMERA).map(|i| count + PHYSICS + i);
-            let others = [own::TIME, direction, radius].into_iter().chain(of_camera).chain([count + SHARED]);
+            let by_camera = (0..CAMERA).map(|i| count + PHYSICS + i);
+            let others = [own::TIME, direction, radius].into_iter().chain(by_camera).chain([count + SHARED]);
             let columns = Columns { inputs: &inputs, others: &others.collect::<Vec<_>>() };
             let noise = NOISES * i + 2 * track.disc;
             add_track(&mut total, sights, &motion.pieces[track.disc], &columns, [noise, noise + 1]);

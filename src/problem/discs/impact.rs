@@ -169,11 +169,11 @@ impl Motion {
         // of both discs about the contact point, per unit of m₁: R (t × v) and νR²ω
         let angular = (first - u_t) * radii[0] + mass_ratio * (second + v_t) * radii[1];
         let [before, after] = [0, 1].map(|side| {
-            let of = |disc: usize| {
+            let energy = |disc: usize| {
                 let rim = spins[disc][side] * radii[disc];
                 velocities[disc][side].norm_squared() + rim * rim * discs.inertia
             };
-            of(0) + mass_ratio * of(1)
+            energy(0) + mass_ratio * energy(1)
         });
         let if_both = |value: Dual| (shot.turns == [true; 2]).then_some(value);
         let if_across = |value: Dual| shot.flat.is_none().then_some(value);

@@ -184,7 +184,7 @@ fn unlikely(fit: &Solution) -> f64 {
 fn judge_shots(fit: &Solution, policy: &Policy) -> Result<Vec<bool>, FilmError> {
     let spreads = fit.problem.samples[0].block.spreads();
     let reduced = fit.at.eliminate(&fit.problem, 0.0).ok_or(FilmError::Undetermined)?;
-    let of_shot = |(i, scattered): (usize, &Vec<Scattered>)| {
+    let squares = |(i, scattered): (usize, &Vec<Scattered>)| {
         let squares = scattered.iter().filter_map(|number| {
             let variance = spreads[number.spread].sd.powi(2);
             let expected = variance - reduced.own[0][i].variance(&number.by);
@@ -197,7 +197,7 @@ fn judge_shots(fit: &Solution, policy: &Policy) -> Result<Vec<bool>, FilmError> 
         })
     };
     let scattered = fit.at.shots[0].iter().map(|shot| &shot.scattered).enumerate();
-    Ok(judge(&scattered.map(of_shot).collect::<Vec<_>>(), (0.0, 1.0), policy))
+    Ok(judge(&scattered.map(squares).collect::<Vec<_>>(), (0.0, 1.0), policy))
 }
 
 impl DiscFit {

@@ -228,7 +228,7 @@ fn list_impacts(
     let reduced = end.eliminate(&solution.problem, 0.0).ok_or(FilmError::Undetermined)?;
     let mut with_all = block.clone();
     with_all.choose_frames(&end.state, 0.0);
-    let of_shot = |i: usize| {
+    let impact = |i: usize| {
         let (shot, own) = (&block.shots[i], &end.state.own[0][i]);
         let motion = block.follow(i, own, &end.state.shared)?;
         // the covariance of the inputs of the motion
@@ -237,14 +237,14 @@ fn list_impacts(
         let inputs = all.select_rows(&places).select_columns(&places);
         let inputs = inputs.fixed_view::<INPUTS, INPUTS>(0, 0);
         let measure = |(column, quantity): (&'static str, Option<Dual>)| {
-            let of_frames = |quantity: Dual| {
+            let measured = |quantity: Dual| {
                 let by = gradient(&quantity);
                 let is_stated = column == "mass_ratio" && block.discs.masses.is_some();
                 let sd = (!is_stated).then(|| by.dot(&(inputs * by)).max(0.0).sqrt());
                 Measured { value: quantity.re, sd }
             };
-            let of_stuck = shot.stuck.map(|stuck| stuck.restitution).filter(|_| column == "e");
-            (column, of_stuck.or_else(|| quantity.map(of_frames)))
+            let restitution = shot.stuck.map(|stuck| stuck.restitution).filter(|_| column == "e");
+            (column, restitution.or_else(|| quantity.map(measured)))
         };
         let values = motion.quantities(shot, &block.discs).into_iter().map(measure).collect();
         let used = |track: &PointTrack| -> Vec<(usize, f64)> {
@@ -275,6 +275,6 @@ fn list_impacts(
             film,
         })
     };
-    let impacts = (0..block.shots.len()).map(of_shot).collect::<Option<Vec<_>>>();
+    let impacts = (0..block.shots.len()).map(impact).collect::<Option<Vec<_>>>();
     impacts.ok_or(FilmError::Undetermined)
 }

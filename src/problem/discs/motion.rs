@@ -190,8 +190,8 @@ pub(super) fn follow(
         let across = t * (ratio * change);
         *after += n * change + across + gained;
         if turns[disc] {
-            let of_disc = ratio + own[own::SPIN_RATIO + disc];
-            *spin -= parts[disc] * normal * of_disc / (radii[disc] * discs.inertia);
+            let own_ratio = ratio + own[own::SPIN_RATIO + disc];
+            *spin -= parts[disc] * normal * own_ratio / (radii[disc] * discs.inertia);
         }
         // what friction changes, it has changed for a while
         let lead = own[own::LEAD];

@@ -89,7 +89,7 @@ pub(super) const LEAST_SHOTS: usize = 3;
 /// Returns how much each [`Component`] differs before the frames are seen. A single shot shows it
 /// of its four decelerations alone, and poorly: its own values are then those of its discs.
 pub(super) fn spreads(discs: &Discs, shots: usize) -> Vec<Spread> {
-    let of_component = |component: &Component| {
+    let spread = |component: &Component| {
         let ([mut first, mut least], is_slowing) = (component.sds, component.places.start == SLOWING);
         if shots == 1 {
             first = if is_slowing { EVEN_SLOWING } else { least };
@@ -100,7 +100,7 @@ pub(super) fn spreads(discs: &Discs, shots: usize) -> Vec<Spread> {
         }
         Spread { sd: first, first, weight: if shots == 1 { 1.0 } else { 0.0 }, least }
     };
-    Component::ALL.iter().map(of_component).collect()
+    Component::ALL.iter().map(spread).collect()
 }
 
 /// Returns the unit of time of a film in seconds: a frame at this rate if its own is unknown.

@@ -218,9 +218,9 @@ pub(super) fn judge_rows(problem: &Problem, state: &State, policy: &Policy) -> V
         let rows = problem.rows().into_iter().flat_map(|rows| rows.shots.iter());
         let at = problem.evaluate(state.clone());
         let distances = at.shots[0].iter().map(|shot| shot.part.map_or(f64::INFINITY, |part| part.distance));
-        let of_shot =
+        let squares_of =
             |(distance, count): (f64, usize)| Squares { sum: distance * distance, count: count as f64 };
-        distances.zip(rows.map(|shot| shot.rows.len())).map(of_shot).collect()
+        distances.zip(rows.map(|shot| shot.rows.len())).map(squares_of).collect()
     };
     let stays = vec![true; state.own[0].len()];
     if problem.is_robust()
@@ -241,10 +241,10 @@ pub(super) fn judge_rows(problem: &Problem, state: &State, policy: &Policy) -> V
 /// rounding leaves if not.
 fn least_scale(problem: &Problem) -> f64 {
     let Some(rows) = problem.rows() else { return 1.0 };
-    let of_row = |row: &Row| {
+    let scale = |row: &Row| {
         row.noise.map_or(1.0, |noise| (rows.pools[noise].least() / rows.noises[noise].sd).powi(2))
     };
-    let all: Vec<f64> = rows.shots.iter().flat_map(|shot| shot.rows.iter().map(of_row)).collect();
+    let all: Vec<f64> = rows.shots.iter().flat_map(|shot| shot.rows.iter().map(scale)).collect();
     all.iter().sum::<f64>() / all.len() as f64
 }
 

@@ -311,7 +311,7 @@ pub(super) fn list_noises(problem: &Problem, at: &Evaluation, estimates: &Estima
     let (Some(rows), Some(reduced)) = (problem.rows(), at.eliminate(problem, 0.0)) else { return Vec::new() };
     let spent = rows.leverages(at, (&reduced, estimates), (0, &problem.samples[0]));
     let sums = at.noises(0);
-    let of_pool = |(which, pool): (usize, &Pool)| {
+    let noise = |(which, pool): (usize, &Pool)| {
         let (NoiseSums { count, weighted, .. }, sd) = (sums[which], rows.noises[which].sd);
         let dof = count - spent[which];
         TableNoise {
@@ -322,7 +322,7 @@ pub(super) fn list_noises(problem: &Problem, at: &Evaluation, estimates: &Estima
             is_known: dof >= MIN_DOF_OF_NOISE && (pool.rounding > 0.0 || sd > VANISHES * pool.least()),
         }
     };
-    rows.pools.iter().enumerate().map(of_pool).collect()
+    rows.pools.iter().enumerate().map(noise).collect()
 }
 
 impl RowsBlock {
