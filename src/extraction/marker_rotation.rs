@@ -54,7 +54,8 @@ const MAX_ROUNDS: usize = 6;
 /// Maximum number of steps of a descent.
 const MAX_STEPS: usize = 100;
 
-/// Returns a rough angular velocity, rad/s, if the steps of markers from frame to frame determine it.
+/// Returns a rough angular velocity, rad/s, if the steps of markers from frame to frame determine
+/// it.
 fn rough(spots: &[Vec<Seen>]) -> Option<Vec3> {
     // least squares of d₂ − d₁ = (Δt/2) ω × (d₁ + d₂)
     let mut matrix = Matrix3::zeros();

@@ -14,8 +14,8 @@ const NOISE_FRAMES: f64 = 30.0;
 
 const COORDINATES: [fn(&Sample) -> f64; 2] = [|s| s.x, |s| s.y];
 
-/// Least noise assumed, m: it keeps exact synthetic tracks finite. Places nearer to each other are the
-/// same.
+/// Least noise assumed, m: it keeps exact synthetic tracks finite. Places nearer to each other are
+/// the same.
 pub(crate) const MIN_NOISE_M: f64 = 1e-8;
 
 /// Returns the noise of a coordinate of balls, m, from the second differences of consecutive

@@ -1,4 +1,5 @@
-//! Files, or the tables in folders → a commented dataset.toml, with blanks for what they do not show.
+//! Files, or the tables in folders → a commented dataset.toml, with blanks for what they do not
+//! show.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};

@@ -163,8 +163,8 @@ impl<'a> Run<'a> {
         Ok(run)
     }
 
-    /// Returns the fit without shots that are not as the others, as a fit of all shots with a robust
-    /// loss shows them, if the frames of the others then scatter as their noise.
+    /// Returns the fit without shots that are not as the others, as a fit of all shots with a
+    /// robust loss shows them, if the frames of the others then scatter as their noise.
     fn without_false_shots(
         self,
         (mut problem, mut names): (Problem, Vec<String>),

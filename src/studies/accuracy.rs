@@ -1,9 +1,9 @@
 //! The error of every fidelity on a set of shots, and the time of a collision.
 //!
 //! The numerical error is against the same equations: of a rigid contact against `full`, whose own
-//! error is against a table of 25 digits; of a compliant one against itself at the least of [`TOLERANCES`].
-//! The model error, by the effects that a fidelity leaves out, is against `contact` at
-//! the least of [`TOLERANCES`].
+//! error is against a table of 25 digits; of a compliant one against itself at the least of
+//! [`TOLERANCES`]. The model error, by the effects that a fidelity leaves out, is against `contact`
+//! at the least of [`TOLERANCES`].
 
 use std::hint::black_box;
 use std::time::Instant;

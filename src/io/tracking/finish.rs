@@ -166,8 +166,8 @@ fn join(shot: &mut RawShot, job: Job) {
     shot.tracks.retain(|track| !track.rows.is_empty());
 }
 
-/// Returns the track that a piece continues: the nearer of those that have ended, if a ball may come
-/// from there, and if the names differ in numbers only.
+/// Returns the track that a piece continues: the nearer of those that have ended, if a ball may
+/// come from there, and if the names differ in numbers only.
 fn continued(tracks: &[RawTrack], heads: [usize; 2], piece: &RawTrack) -> Option<usize> {
     // rows that time has put in order show no beginning and no end
     let is_in_order = |track: &RawTrack| track.rows.is_sorted_by_key(|row| row.line);

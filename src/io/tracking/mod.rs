@@ -1,5 +1,5 @@
-//! Tracked paths: a format says which column of a file is what ([`formats`]), one reader makes shots
-//! in the file's units ([`raw`]), and balls are assigned and faults repaired ([`finish`]).
+//! Tracked paths: a format says which column of a file is what ([`formats`]), one reader makes
+//! shots in the file's units ([`raw`]), and balls are assigned and faults repaired ([`finish`]).
 
 pub(crate) mod camera;
 mod finish;

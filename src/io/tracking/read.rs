@@ -369,8 +369,8 @@ impl File<'_> {
         Some(reader.finish())
     }
 
-    /// Returns `{t, x, y}`, or `{frame, x, y}`, or `[t, x, y]`, whose unit of time is not stated, as
-    /// cells of a table.
+    /// Returns `{t, x, y}`, or `{frame, x, y}`, or `[t, x, y]`, whose unit of time is not stated,
+    /// as cells of a table.
     fn cells(&self, raw: &RawValue) -> Option<(Option<Unit>, [Cow<'static, str>; 3])> {
         let cells = |values: [Option<&RawValue>; 3]| values.map(|at| at.map_or(String::new(), cell).into());
         if let [time, x, y] = list(raw)[..] {

@@ -251,8 +251,8 @@ pub(super) struct Layout {
 /// A tracked body, or a point on it, and the columns of its position.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Body {
-    /// The first line of its title, which ends bodies above, and the line above its rows, unless that
-    /// is the heading.
+    /// The first line of its title, which ends bodies above, and the line above its rows, unless
+    /// that is the heading.
     pub(crate) begin: usize,
     pub(crate) above: usize,
     /// The name, unless the layout has a column of balls.

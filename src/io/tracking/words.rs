@@ -139,9 +139,9 @@ pub(super) fn beside(names: &[String], x: usize, word: &str) -> Option<usize> {
     replaced(names, x, word).map(|(column, _)| column)
 }
 
-/// Returns the box, or both boxes of a wide table, that names describe, if certain: the columns of a
-/// corner, and of the size (flag) or the other corner. Two corners belong to a box if a column names
-/// the ball of the row.
+/// Returns the box, or both boxes of a wide table, that names describe, if certain: the columns of
+/// a corner, and of the size (flag) or the other corner. Two corners belong to a box if a column
+/// names the ball of the row.
 pub(super) fn boxes(names: &[String], names_ball: bool) -> (Vec<[[usize; 2]; 2]>, bool) {
     let plain: Vec<String> = names.iter().map(|name| words(name).concat()).collect();
     for (sides, is_size, are_certain) in SIDES {

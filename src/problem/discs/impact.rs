@@ -1,5 +1,5 @@
-//! The measured impact of two discs: quantities that follow from own and shared unknowns, with exact
-//! derivatives, and doubts.
+//! The measured impact of two discs: quantities that follow from own and shared unknowns, with
+//! exact derivatives, and doubts.
 
 use num_dual::DualNum;
 use statrs::distribution::{ContinuousCDF, Normal};

@@ -41,8 +41,8 @@ pub(crate) struct DiscFit {
     pub(crate) undetermined: Vec<Id>,
 }
 
-/// Fits the films of discs of a data set: the contact as stated, or else a rigid one, or a compliant
-/// one if that is open and the shots show it.
+/// Fits the films of discs of a data set: the contact as stated, or else a rigid one, or a
+/// compliant one if that is open and the shots show it.
 ///
 /// # Errors
 /// See [`FilmError`].
@@ -150,8 +150,8 @@ fn choose_law(
     Ok((compliant, Some(Finding::Compliance { kappa, shots, fall, adopted: true })))
 }
 
-/// Descends with these unknowns of the law from the likeliest μ of the likeliest values of κ; returns
-/// the minima, the likeliest first.
+/// Descends with these unknowns of the law from the likeliest μ of the likeliest values of κ;
+/// returns the minima, the likeliest first.
 fn fit_law(free: &Solution, law: &[Unknown]) -> Result<Vec<Solution>, FilmError> {
     let (mut problem, mut first) = (free.problem.clone(), free.at.state.clone());
     problem.discs_mut().ok_or(FilmError::NoFilm)?.has_law = true;
@@ -201,8 +201,8 @@ fn judge_shots(fit: &Solution, policy: &Policy) -> Result<Vec<bool>, FilmError> 
 }
 
 impl DiscFit {
-    /// Returns the standard deviation from shot to shot of each [`Component`], 0 if the frames do not
-    /// show it.
+    /// Returns the standard deviation from shot to shot of each [`Component`], 0 if the frames do
+    /// not show it.
     pub(crate) fn scatter(&self) -> [f64; Component::ALL.len()] {
         let mut scatter = [0.0; Component::ALL.len()];
         let spreads = self.solution.problem.samples[0].block.spreads();

@@ -142,8 +142,8 @@ impl Meeting {
 }
 
 /// Returns how a marker turns about the centre of its disc before the impact, less than half a turn
-/// a frame, as a line: x is its direction at the impact (rad), y its distance from the centre. `None`
-/// if it was seen in too few frames on either side.
+/// a frame, as a line: x is its direction at the impact (rad), y its distance from the centre.
+/// `None` if it was seen in too few frames on either side.
 pub(super) fn turning(marker: &[Sample], centre: &[Sample], time: f64, fps: f64) -> Option<Line> {
     let mut arms: Vec<Sample> = Vec::new();
     for (t, places) in frames(&[centre, marker]) {

@@ -87,8 +87,8 @@ pub(crate) fn measure_discs(
 }
 
 /// Measures all shots of the films of a data set: e, J_t/J_n, spins and balance of momentum of each
-/// may be any. Returns the minimum, with camera, decelerations, and the motion of the discs, and the
-/// measurements of each shot.
+/// may be any. Returns the minimum, with camera, decelerations, and the motion of the discs, and
+/// the measurements of each shot.
 pub(super) fn measure(dataset: &Dataset, policy: &Policy) -> Result<(Solution, Vec<DiscImpact>), FilmError> {
     let Film { block, mut unknowns, own, left_out, findings, unit, middle, .. } = Film::of_discs(dataset)?;
     for id in LAW {

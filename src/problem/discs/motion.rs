@@ -91,7 +91,8 @@ impl Friction {
     /// Returns the law at a closing speed, a slip and an e; `None` if the discs do not approach.
     pub fn new([closing, slip, e]: [f64; 3], shared: &Shared, inertia: f64) -> Option<Self> {
         let [mu, b, c, kappa] = Self::UNKNOWNS.map(|id| shared[id]);
-        // two equal discs of radius 1, the second at rest, and a spin of the first that gives the slip
+        // two equal discs of radius 1, the second at rest, and a spin of the first that gives the
+        // slip
         let mut model = Model::new(Fidelity::Full, Ball { radius: 1.0, mass: 1.0, inertia });
         if kappa > 0.0 {
             model = model.giving_way(kappa);

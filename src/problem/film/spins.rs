@@ -23,8 +23,8 @@ const MAX_TOPSPIN: f64 = 3.0;
 /// Largest topspin or draw of a ball that is stated as stun, over natural roll.
 const MAX_STUN: f64 = 0.5;
 
-/// Standard deviation of the mean topspin of shots stated as natural roll, over natural roll. A ball
-/// whose measured spin is within it rolls.
+/// Standard deviation of the mean topspin of shots stated as natural roll, over natural roll. A
+/// ball whose measured spin is within it rolls.
 pub(super) const ROLL_SD: f64 = 0.01;
 
 /// Indices of the spreads from shot to shot: of the topspin of balls that slide, and of side spin.

@@ -248,8 +248,9 @@ fn least_scale(problem: &Problem) -> f64 {
     all.iter().sum::<f64>() / all.len() as f64
 }
 
-/// Returns χ² per degree of freedom of numbers with stated errors if it rules the model out. As many
-/// parameters as numbers should leave no residual; what they leave is judged as one degree of freedom.
+/// Returns χ² per degree of freedom of numbers with stated errors if it rules the model out. As
+/// many parameters as numbers should leave no residual; what they leave is judged as one degree of
+/// freedom.
 pub(crate) fn refutes(chi2: f64, dof: f64, policy: &Policy) -> Option<f64> {
     let dof = dof.max(1.0);
     (tail(chi2, dof) < policy.shot_tail && chi2 > policy.refuted_rows * dof).then_some(chi2 / dof)
