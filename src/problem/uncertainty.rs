@@ -3,12 +3,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::policy::STALL;
 use super::problem::{Evaluation, Problem, Reduced, State};
 use super::sums::Part;
 use super::unknowns::{Id, Mode, SHARED};
 
-/// Part of the information on an unknown that other unknowns, or its prior, must leave, so that
-/// what is left is more than roundings.
+/// Part of the information on an unknown that other unknowns must leave, so that what is left is
+/// more than roundings.
 pub(super) const OWN_PART: f64 = 1e-6;
 
 /// Estimates with their covariance. Unknowns at a bound, and those that the frames do not depend
@@ -189,7 +190,8 @@ impl Estimates {
             let information = 1.0 / variance - prior.sd.powi(-2);
             let estimate = (x / variance - prior.mean * prior.sd.powi(-2)) / information;
             let size = (estimate - prior.mean) / (1.0 / information + prior.sd * prior.sd).sqrt();
-            (information > OWN_PART / variance).then_some(Conflict { id: unknown.id, estimate, size })
+            // χ² at the minimum, and so a pull, is exact to this part
+            (information > STALL / variance).then_some(Conflict { id: unknown.id, estimate, size })
         };
         self.columns.iter().enumerate().filter_map(conflict).collect()
     }
