@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::policy::STALL;
+use super::policy::{Policy, STALL};
 use super::problem::{Evaluation, Problem, Reduced, State};
 use super::sums::Part;
 use super::unknowns::{Id, Mode, SHARED};
@@ -190,8 +190,9 @@ impl Estimates {
             let information = 1.0 / variance - prior.sd.powi(-2);
             let estimate = (x / variance - prior.mean * prior.sd.powi(-2)) / information;
             let size = (estimate - prior.mean) / (1.0 / information + prior.sd * prior.sd).sqrt();
-            // χ² at the minimum, and so a pull, is exact to this part
-            (information > STALL / variance).then_some(Conflict { id: unknown.id, estimate, size })
+            // what a search that stalls leaves of a pull is not a conflict
+            let least = STALL / Policy::default().conflict.powi(2);
+            (information > least / variance).then_some(Conflict { id: unknown.id, estimate, size })
         };
         self.columns.iter().enumerate().filter_map(conflict).collect()
     }
