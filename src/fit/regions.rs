@@ -96,9 +96,9 @@ fn contour(
     Some(Contour { parameters: pair.map(|estimate| estimate.parameter), centre, levels: levels? })
 }
 
-/// Returns whether both ends of an interval by the profile are those of a parabola.
+/// Returns whether the interval of an estimate is that of a parabola, to a tenth.
 fn is_parabola(estimate: &Estimate) -> bool {
-    !estimate.is_profiled() || estimate.intervals.profile == estimate.intervals.hessian
+    estimate.interval_95 == estimate.intervals.hessian
 }
 
 /// χ² rises by this on the edge of the region of two parameters.

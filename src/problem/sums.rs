@@ -67,7 +67,8 @@ pub(crate) struct NoiseSums {
     pub(crate) square: f64,
     /// Number of independent numbers.
     pub(crate) count: f64,
-    /// Logarithm of the determinant of the correlation matrix.
+    /// Logarithm of the determinant of the correlation matrix; a frame that repeats counts as in
+    /// `count`.
     pub(crate) ln_determinant: f64,
 }
 

@@ -231,8 +231,7 @@ pub(crate) struct Deviations {
     /// Covariance of `values`, errors of the inputs included.
     pub(crate) covariance: DMatrix<f64>,
     /// Derivatives of the prediction by the unknowns, of a table those that move the balls, in the
-    /// order of
-    /// [`Id`].
+    /// order of [`Id`].
     pub(crate) by: DMatrix<f64>,
     /// Direction of the line of centres: cosine and sine.
     pub(crate) normal: [f64; 2],
