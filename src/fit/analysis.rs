@@ -191,14 +191,7 @@ fn with_usable_discs(dataset: Dataset) -> Dataset {
     for (track, impact) in shots {
         let doubts = impact.doubts.iter();
         tracks.notes.extend(doubts.map(|doubt| format!("Shot {} is doubtful: {doubt}.", track.name)));
-        let fault = match &impact.stuck {
-            Some(stuck) => Some(format!(
-                "{}. What is fitted describes discs that part again; \"caromfit extract\" gives the motion of this shot",
-                stuck.sentence()
-            )),
-            None => impact.find_impossible_restitution(&Policy::default()),
-        };
-        match fault {
+        match impact.find_fault(&Policy::default()) {
             Some(fault) => dataset.left_out.push((track.name, fault)),
             None => {
                 unseen += usize::from(impact.get("slip").is_none());

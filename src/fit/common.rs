@@ -18,7 +18,9 @@ use super::{
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::physics::collision::Fidelity;
-use crate::problem::{Deviations, Estimates, Finding, Id, Policy, ShotInfluence, Solution};
+use crate::problem::{
+    Deviations, Estimates, Evaluation, Finding, Id, Known, Policy, Quantiles, ShotInfluence, Solution,
+};
 
 /// Shots that are listed by their influence whether they are influential or not, and at most.
 const LISTED: [usize; 2] = [5, 20];
@@ -157,6 +159,23 @@ impl Fitted<'_> {
         Parameter::ALL.into_iter().filter(|p| self.settings.has(*p) || extra(p)).collect()
     }
 
+    /// Returns the estimates of the parameters of a film, with intervals for a scatter of these
+    /// degrees of freedom that extend to other minima.
+    pub fn estimates_of_film(&self, dof: Option<f64>, others: &[Evaluation]) -> Vec<Estimate> {
+        let Self { solution, settings, .. } = self;
+        let undetermined = Parameter::ALL.into_iter().filter(|p| is_undetermined(solution, settings, *p));
+        let known = Known {
+            solution,
+            as_free: &solution.covariance,
+            undetermined: undetermined.map(Id::from).collect(),
+            quantiles: Quantiles::new(dof),
+            others,
+            profiles: self.request.options.depth >= Depth::Intervals && solution.weights().is_empty(),
+        };
+        let estimate = |p: Parameter| known.estimate(p).unless_uninformed(&settings[p]);
+        self.parameters().into_iter().map(estimate).collect()
+    }
+
     fn rejected(&self) -> Vec<Rejected> {
         let stated = &self.request.dataset.left_out;
         let what = if self.request.dataset.tracks.is_some() { "its frames do" } else { "it does" };
@@ -225,6 +244,13 @@ impl Fitted<'_> {
         all.truncate(count);
         all
     }
+}
+
+/// Returns whether the frames of a film do not determine a parameter.
+pub(super) fn is_undetermined(solution: &Solution, settings: &Settings, parameter: Parameter) -> bool {
+    let id = Id::from(parameter);
+    let is_held = settings[parameter].fixed || !settings.has(parameter);
+    if solution.get(id).is_none() { !is_held } else { solution.is_undetermined(id) }
 }
 
 /// Returns a row for each observable, in the order of first appearance, as of stated noise.

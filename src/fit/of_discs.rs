@@ -7,17 +7,15 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::camera::FoundCamera;
-use super::common::{Fitted, Own};
+use super::common::{Fitted, Own, is_undetermined};
 use super::deviations::{trends, whiten};
 use super::request::Request;
-use super::{Computed, Depth, Estimate, Fit, FitError, Remark, Scatter, Status, doubts, film_words};
+use super::{Computed, Fit, FitError, Remark, Scatter, Status, doubts, film_words};
 use crate::measurement::observable::{Measured, Observable};
-use crate::measurement::parameter::Parameter;
+use crate::measurement::parameter::{Parameter, Settings};
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity};
-use crate::problem::{
-    Component, Deviations, DiscFit, Id, Known, MUS, Policy, Quantiles, ShiftScore, Slope, fit_discs,
-};
+use crate::problem::{Component, Deviations, DiscFit, Id, MUS, Policy, ShiftScore, Slope, fit_discs};
 
 /// Number of shots that show how much shots differ.
 const LEAST_SHOTS: usize = 3;
@@ -41,18 +39,17 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         request: Request { dataset: &dataset, ..request },
         settings: dataset.settings,
         solution: Arc::new(solution.clone()),
-        deviations: deviations(&disc_fit),
+        deviations: deviations(&disc_fit, &dataset.settings),
     };
     let shots = solution.names[0].len();
-    let estimates = estimates(&common, &disc_fit);
-    let parameters = |is_wanted: &dyn Fn(&Estimate) -> bool| -> Vec<Parameter> {
-        estimates.iter().filter(|e| is_wanted(e)).map(|e| e.parameter).collect()
-    };
-    let with_error = parameters(&|e| e.std_error.is_some());
+    let mut estimates = common.estimates_of_film(dof(&disc_fit), &disc_fit.others);
+    estimates.retain(|e| e.parameter != Parameter::MuS && !e.parameter.is_of_balls());
+    let silent = estimates.iter().filter(|e| e.status == Status::NotIdentified);
+    let with_error = common.contact();
     let standardized: Vec<f64> = common.deviations.iter().flatten().flat_map(whiten).collect();
     let parts = Own {
         errors: &solution.covariance,
-        silent: parameters(&|e| e.status == Status::NotIdentified),
+        silent: silent.map(|e| e.parameter).collect(),
         drawn: with_error.clone(),
         dof_of_noise: dof(&disc_fit),
         chi2: standardized.iter().map(|x| x * x).sum(),
@@ -94,11 +91,11 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
 
 /// Returns e and J_t/J_n of the shots that were fitted, less the law; the tangent of a cut angle is
 /// the slip over the closing speed, 0 if that is not known.
-fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
+fn deviations(found: &DiscFit, settings: &Settings) -> Vec<Option<Deviations>> {
     let DiscFit { solution, impacts, .. } = found;
     let scatter = found.scatter();
     // a single shot does not show the law that J_t/J_n would deviate from
-    let is_law_shown = !found.undetermined.contains(&Id::Mu);
+    let is_law_shown = !is_undetermined(solution, settings, Parameter::Mu);
     let deviations = |name: &String| {
         let impact = impacts.iter().find(|impact| impact.name == *name)?;
         let closing = impact.get("closing_speed")?.value;
@@ -130,19 +127,6 @@ fn deviations(found: &DiscFit) -> Vec<Option<Deviations>> {
         })
     };
     solution.names[0].iter().map(deviations).collect()
-}
-
-fn estimates(common: &Fitted, found: &DiscFit) -> Vec<Estimate> {
-    let known = Known {
-        solution: &found.solution,
-        as_free: &found.solution.covariance,
-        undetermined: found.undetermined.clone(),
-        quantiles: Quantiles::new(dof(found)),
-        others: &found.others,
-        profiles: common.request.options.depth >= Depth::Intervals,
-    };
-    let parameters = common.parameters().into_iter().filter(|p| *p != Parameter::MuS && !p.is_of_balls());
-    parameters.map(|p| known.estimate(p).unless_uninformed(&common.settings[p])).collect()
 }
 
 /// Returns the degrees of freedom of the scatter; `None` for a single shot, which shows none.

@@ -8,12 +8,12 @@ use super::deviations::trends;
 use super::film::FittedFilm;
 use super::film_words::DIFFERS;
 use super::request::Request;
-use super::{Depth, Estimate, Fit, FitError, Status, doubts, film_words};
+use super::{Estimate, Fit, FitError, Status, doubts, film_words};
 use crate::measurement::dataset::{Measured, Shot};
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Fidelity, Model};
-use crate::problem::{Id, Known, Modelling, Policy, Quantiles, RowsError, fit_film};
+use crate::problem::{Id, Modelling, Policy, RowsError, fit_film};
 
 /// Fits all frames of a film.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
@@ -37,7 +37,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let solution = Arc::clone(&film.solution);
     let fitted = Fitted { request, settings, solution, deviations };
     let solution = &film.solution;
-    let estimates = estimates(&fitted);
+    let estimates = fitted.estimates_of_film(None, &[]);
     let is_silent =
         |e: &&Estimate| e.status == Status::NotIdentified && solution.get(Id::from(e.parameter)).is_none();
     let (chi2, observations) = solution.chi2_of_data();
@@ -91,24 +91,4 @@ fn fitted_with(request: &Request) -> Result<(Model, Settings), FitError> {
         model.kappa = if fixed { initial } else { typical };
     }
     Ok((model, settings))
-}
-
-/// Returns the estimates of the parameters of a film.
-fn estimates(fitted: &Fitted) -> Vec<Estimate> {
-    let (solution, settings) = (&fitted.solution, &fitted.settings);
-    let is_undetermined = |parameter: &Parameter| {
-        let id = Id::from(*parameter);
-        let is_held = settings[*parameter].fixed || !settings.has(*parameter);
-        if solution.get(id).is_none() { !is_held } else { solution.is_undetermined(id) }
-    };
-    let known = Known {
-        solution,
-        as_free: &solution.covariance,
-        undetermined: Parameter::ALL.into_iter().filter(is_undetermined).map(Id::from).collect(),
-        quantiles: Quantiles::new(None),
-        others: &[],
-        profiles: fitted.request.options.depth >= Depth::Intervals && solution.weights().is_empty(),
-    };
-    let estimate = |p: Parameter| known.estimate(p).unless_uninformed(&settings[p]);
-    fitted.parameters().into_iter().map(estimate).collect()
 }

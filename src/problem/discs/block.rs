@@ -5,14 +5,14 @@ use std::sync::Arc;
 use nalgebra::DVector;
 
 use super::lines::Stuck;
-use super::motion::{COEFFICIENTS, Dual, Friction, MOVING, Motion, follow, locate};
+use super::motion::{COEFFICIENTS, Dual, MOVING, Motion, follow, impulse_ratio, locate, restitution};
 use super::own::{self, CORE, Component, spreads};
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::{Camera, Point};
 use crate::problem::film::dual::{constant, gradient};
 use crate::problem::frames::{Columns, Frame, Sight, add_track, rows, whiten};
 use crate::problem::sums::{Contribution, Noise, OwnPrior, Scattered, Spread};
-use crate::problem::unknowns::{CAMERA, Id, Normal, Own, PHYSICS, SHARED, Shared};
+use crate::problem::unknowns::{CAMERA, Normal, Own, PHYSICS, SHARED, Shared};
 
 /// Prior standard deviation of an unknown offset, over the normal impulse or the closing speed, and
 /// of an unknown distance of the centres, m.
@@ -154,36 +154,27 @@ impl DiscBlock {
     }
 
     /// Returns how far shot `i` is from the law of the impact: its e and, if its slip is known,
-    /// J_t/J_n. A single shot shows no law of friction.
+    /// J_t/J_n.
     pub(super) fn deviations(&self, i: usize, own: &Own, shared: &Shared) -> Vec<Scattered> {
-        let (mut all, count) = (Vec::new(), own.len());
-        let Some(motion) = self.follow(i, own, shared).filter(|_| self.has_law) else { return all };
-        let number = |spread: usize, off: Dual, by_law: &[(Id, f64)]| {
-            let mut by = DVector::zeros(count + SHARED);
-            for (place, by_input) in places_of_inputs(count).into_iter().zip(&gradient(&off)) {
-                by[place] = *by_input;
-            }
-            for (id, by_unknown) in by_law {
-                by[count + *id as usize] = *by_unknown;
+        let motion = self.follow(i, own, shared).filter(|_| self.has_law);
+        let Some(motion) = motion else { return Vec::new() };
+        let [parting, slip] = motion.relative(0);
+        let (e, ratio) = (motion.own[own::RESTITUTION], motion.own[own::RATIO]);
+        let law = impulse_ratio([-parting, slip, e], shared, self.discs.inertia);
+        let off_friction = law.filter(|_| self.shows_friction(i)).map(|law| ratio - law);
+        let places = places_of_inputs(own.len());
+        let number = |(spread, off): (usize, Dual)| {
+            let mut by = DVector::zeros(own.len() + SHARED);
+            for (place, by_input) in places.iter().zip(&gradient(&off)) {
+                by[*place] = *by_input;
             }
             Scattered { spread, place: own::RESTITUTION + spread, value: off.re, by }
         };
-        let [parting, slip] = motion.relative(0);
-        let (closing, e, ratio) = (-parting, motion.own[own::RESTITUTION], motion.own[own::RATIO]);
-        let off = e - shared[Id::E] + closing * shared[Id::ESlope];
-        all.push(number(0, off, &[(Id::E, -1.0), (Id::ESlope, closing.re)]));
-        if let Some(law) = Friction::new([closing.re, slip.re, e.re], shared, self.discs.inertia)
-            && self.shows_friction(i)
-        {
-            let inputs = [closing, slip, e].into_iter().zip(law.by);
-            let off = inputs.fold(ratio - law.ratio, |off, (input, by)| off - (input - input.re) * by);
-            let by_law: Vec<_> =
-                Friction::UNKNOWNS.into_iter().zip(law.by[3..].iter().map(|by| -by)).collect();
-            all.push(number(1, off, &by_law));
-        }
-        all
+        let off_restitution = e - restitution(-parting, shared);
+        std::iter::once(off_restitution).chain(off_friction).enumerate().map(number).collect()
     }
 
+    /// Returns whether shot `i` shows a law of friction, which a single shot does not.
     fn shows_friction(&self, i: usize) -> bool {
         self.has_law && self.shots[i].knows_slip && self.shots.len() > 1
     }

@@ -74,11 +74,11 @@ impl DiscImpact {
 
     /// Returns the reason for which no law can be fitted to the shot, if there is one.
     pub(crate) fn find_fault(&self, policy: &Policy) -> Option<String> {
-        if self.stuck.is_some() {
-            return Some("the discs stick together".to_owned());
-        }
-        let misfit = self.find_misfit().map(|misfit| misfit.to_string());
-        misfit.or_else(|| self.find_impossible_restitution(policy))
+        let Some(stuck) = &self.stuck else { return self.find_impossible_restitution(policy) };
+        Some(format!(
+            "{}. What is fitted describes discs that part again; \"caromfit extract\" gives the motion of this shot",
+            stuck.sentence()
+        ))
     }
 
     /// Returns the reason for which the frames show no single collision, if they do not.
@@ -99,7 +99,7 @@ impl DiscImpact {
     }
 
     /// Returns the doubt of an e that is not that of an impact.
-    pub(crate) fn find_impossible_restitution(&self, policy: &Policy) -> Option<String> {
+    fn find_impossible_restitution(&self, policy: &Policy) -> Option<String> {
         let possible = self.get("e")?.value.clamp(0.0, 1.0);
         let [e, sd] = self.find_difference("e", possible, 0.0, policy)?;
         let e = with_error(e, sd);

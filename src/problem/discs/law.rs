@@ -2,13 +2,14 @@
 //! several starts, after the outcome of each shot was measured without a law.
 
 use super::impact::DiscImpact;
-use super::measure::{ROUNDS, measure, settle, solve};
-use super::motion::Friction;
-use super::own::{Component, LAW};
+use super::measure::{ROUNDS, measure_discs, settle, solve};
+use super::motion::{self, LAW, MOVING};
+use super::own::Component;
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::{Compliance, Settings};
 use crate::problem::false_shots::{Squares, judge};
 use crate::problem::film::causes::explain;
+use crate::problem::film::dual::constant;
 use crate::problem::film::film_data::FilmError;
 use crate::problem::film::priors::list_contact;
 use crate::problem::findings::Finding;
@@ -37,8 +38,6 @@ pub(crate) struct DiscFit {
     pub(crate) impacts: Vec<DiscImpact>,
     /// Other minima that are nearly as likely, with the difference of −2 log L as that of their χ².
     pub(crate) others: Vec<Evaluation>,
-    /// Unknowns that were held since the shots do not determine them.
-    pub(crate) undetermined: Vec<Id>,
 }
 
 /// Fits the films of discs of a data set: the contact as stated, or else a rigid one, or a
@@ -47,15 +46,15 @@ pub(crate) struct DiscFit {
 /// # Errors
 /// See [`FilmError`].
 pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, FilmError> {
-    let (mut free, impacts) = measure(dataset, policy)?;
-    let faults: Vec<Option<String>> = impacts.iter().map(|impact| impact.find_fault(policy)).collect();
-    let reasons =
-        impacts.iter().zip(&faults).filter_map(|(impact, fault)| Some((impact.name.clone(), fault.clone()?)));
-    free.left_out.extend(reasons);
-    if faults.iter().all(Option::is_some) {
+    let (mut free, impacts) = measure_discs(dataset, policy)?;
+    let fault = |impact: &DiscImpact| Some((impact.name.clone(), impact.find_fault(policy)?));
+    free.left_out.extend(impacts.iter().filter_map(fault));
+    let is_usable = |name: &String| free.left_out.iter().all(|(other, _)| other != name);
+    let usable: Vec<bool> = free.names[0].iter().map(is_usable).collect();
+    if !usable.contains(&true) {
         return Err(FilmError::NoImpact(free.left_out));
     }
-    keep_shots(&mut free, &faults.iter().map(Option::is_none).collect::<Vec<_>>());
+    keep_shots(&mut free, &usable);
     let (mut fits, mut compliance) = choose_law(&free, &dataset.settings, policy)?;
     for _ in 0..ROUNDS {
         let keep = judge_shots(&fits[0], policy)?;
@@ -75,29 +74,10 @@ pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, F
         free.findings.extend(refit.finding);
         best = solve(refit.problem, refit.descent)?;
     }
-    let stated = stated_law(&dataset.settings);
-    let mut undetermined = Vec::new();
-    for id in [Id::Mu, Id::E, Id::Kappa] {
-        let (unknown, bound) = (best.problem.unknown(id), best.value(id));
-        let is_free = unknown.mode == Mode::Free;
-        if best.covariance.sd(id as usize).is_none() && (is_free || stated[id as usize].mode == Mode::Free) {
-            let is_at_bound = is_free && unknown.bounds.contains(&bound);
-            free.findings.push(if is_at_bound {
-                Finding::AtBound { id, bound }
-            } else {
-                Finding::Undetermined { id, sd: f64::INFINITY }
-            });
-            // others that χ² does not depend on have a bound
-            undetermined.extend((!is_free).then_some(id));
-        }
-    }
-    if !best.converged {
-        free.findings.push(Finding::NotConverged);
-    }
     let others = rivals.into_iter().map(|(rise, at)| at.costing(best.at.cost + rise)).collect();
     let Solution { findings, left_out, unit, middle, .. } = free;
     let solution = Solution { findings, left_out, unit, middle, ..best };
-    Ok(DiscFit { solution, impacts, others, undetermined })
+    Ok(DiscFit { solution, impacts, others })
 }
 
 /// Keeps the shots for which `keep` is true; returns the names of the others.
@@ -155,7 +135,7 @@ fn choose_law(
 fn fit_law(free: &Solution, law: &[Unknown]) -> Result<Vec<Solution>, FilmError> {
     let (mut problem, mut first) = (free.problem.clone(), free.at.state.clone());
     problem.discs_mut().ok_or(FilmError::NoFilm)?.has_law = true;
-    for id in LAW {
+    for id in MOVING.into_iter().take(LAW) {
         *problem.unknown_mut(id) = law[id as usize];
         first.shared[id] = law[id as usize].start;
     }
@@ -219,7 +199,8 @@ impl Solution {
     pub(crate) fn impulse_ratio(&self, [closing, slip]: [f64; 2]) -> Option<f64> {
         let inertia = self.problem.discs()?.discs.inertia;
         let shared = &self.state().shared;
-        let e = shared[Id::E] - shared[Id::ESlope] * closing;
-        Some(Friction::new([closing, slip, e], shared, inertia)?.ratio)
+        let closing = constant(closing);
+        let e = motion::restitution(closing, shared);
+        Some(motion::impulse_ratio([closing, constant(slip), e], shared, inertia)?.re)
     }
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::block::{DiscBlock, PointTrack, places_of_inputs};
 use super::impact::{DiscImpact, find_doubts};
 use super::lines::LEAST;
-use super::motion::{Dual, INPUTS, locate};
-use super::own::{self, LAW, LEAST_SHOTS};
+use super::motion::{Dual, INPUTS, LAW, MOVING, locate};
+use super::own::{self, LEAST_SHOTS};
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::problem::block::Block;
 use crate::problem::false_shots::tail;
@@ -89,9 +89,9 @@ pub(crate) fn measure_discs(
 /// Measures all shots of the films of a data set: e, J_t/J_n, spins and balance of momentum of each
 /// may be any. Returns the minimum, with camera, decelerations, and the motion of the discs, and
 /// the measurements of each shot.
-pub(super) fn measure(dataset: &Dataset, policy: &Policy) -> Result<(Solution, Vec<DiscImpact>), FilmError> {
+fn measure(dataset: &Dataset, policy: &Policy) -> Result<(Solution, Vec<DiscImpact>), FilmError> {
     let Film { block, mut unknowns, own, left_out, findings, unit, middle, .. } = Film::of_discs(dataset)?;
-    for id in LAW {
+    for id in MOVING.into_iter().take(LAW) {
         unknowns[id as usize].mode = Mode::Fixed;
     }
     let few = usize::from(own.len() < LEAST_SHOTS);

@@ -29,8 +29,22 @@ use crate::problem::film::dual::constant;
 use crate::problem::frames;
 use crate::problem::unknowns::{Id, Own, Shared};
 
-/// Shared unknowns that move the discs.
-pub(super) const MOVING: [Id; 4] = [Id::MassRatio, Id::Slowing, Id::Drag, Id::ContactDistance];
+/// Shared unknowns that move the discs, those of the law of the impact first.
+pub(super) const MOVING: [Id; 10] = [
+    Id::Mu,
+    Id::E,
+    Id::FallB,
+    Id::FallC,
+    Id::Kappa,
+    Id::ESlope,
+    Id::MassRatio,
+    Id::Slowing,
+    Id::Drag,
+    Id::ContactDistance,
+];
+
+/// Number of unknowns of the law.
+pub(super) const LAW: usize = 6;
 
 /// Number of inputs of a shot's motion, its own unknowns first.
 pub(super) const INPUTS: usize = CORE + MOVING.len();
@@ -78,41 +92,48 @@ impl Motion {
     }
 }
 
-/// J_t/J_n on the second of two discs by the law.
-pub(super) struct Friction {
-    pub(crate) ratio: f64,
-    /// Derivatives by closing speed, slip and e, and by [`Friction::UNKNOWNS`].
-    pub(crate) by: [f64; 7],
+/// Returns the shared inputs with their derivatives, in the order of [`MOVING`].
+fn shared_inputs(shared: &Shared) -> [Dual; MOVING.len()] {
+    std::array::from_fn(|i| Dual::from_re(shared[MOVING[i]]).derivative(CORE + i))
 }
 
-impl Friction {
-    pub(super) const UNKNOWNS: [Id; 4] = [Id::Mu, Id::FallB, Id::FallC, Id::Kappa];
+/// Returns e by the law at a closing speed.
+pub(super) fn restitution(closing: Dual, shared: &Shared) -> Dual {
+    let [_, e, _, _, _, slope, ..] = shared_inputs(shared);
+    e - slope * closing
+}
 
-    /// Returns the law at a closing speed, a slip and an e; `None` if the discs do not approach.
-    pub fn new([closing, slip, e]: [f64; 3], shared: &Shared, inertia: f64) -> Option<Self> {
-        let [mu, b, c, kappa] = Self::UNKNOWNS.map(|id| shared[id]);
-        // two equal discs of radius 1, the second at rest, and a spin of the first that gives the
-        // slip
-        let mut model = Model::new(Fidelity::Full, Ball { radius: 1.0, mass: 1.0, inertia });
-        if kappa > 0.0 {
-            model = model.giving_way(kappa);
-        }
-        if b != 0.0 {
-            model.law = Law::Exponential { b, c };
-        }
-        let before = BallState { velocity: Vec3::new(closing, 0.0, 0.0), spin: Vec3::new(0.0, 0.0, -slip) };
-        let coefficients = Coefficients { mu, mu_s: 0.0, e: e.clamp(0.0, 1.0) };
-        let (outcome, jacobian) = model.collide_with_jacobian(&before, &coefficients).ok()?;
-        let after = outcome.object.velocity;
-        let ratio = after.y / after.x;
-        let inputs = [Input::VelocityX, Input::SpinZ, Input::E, Input::Mu, Input::B, Input::C, Input::Kappa];
-        let mut by = inputs.map(|input| {
-            let column = jacobian.column(input as usize);
-            (column[7] - ratio * column[6]) / after.x
-        });
-        by[1] = -by[1];
-        Some(Self { ratio, by })
+/// Returns J_t/J_n on the second of two discs by the law at a closing speed, a slip and an e;
+/// `None` if the discs do not approach.
+pub(super) fn impulse_ratio([closing, slip, e]: [Dual; 3], shared: &Shared, inertia: f64) -> Option<Dual> {
+    let [mu, _, b, c, kappa, ..] = shared_inputs(shared);
+    // two equal discs of radius 1, the second at rest, and a spin of the first that gives the slip
+    let mut model = Model::new(Fidelity::Full, Ball { radius: 1.0, mass: 1.0, inertia });
+    if kappa.re > 0.0 {
+        model = model.giving_way(kappa.re);
     }
+    if b.re != 0.0 {
+        model.law = Law::Exponential { b: b.re, c: c.re };
+    }
+    let before = BallState { velocity: Vec3::new(closing.re, 0.0, 0.0), spin: Vec3::new(0.0, 0.0, -slip.re) };
+    let coefficients = Coefficients { mu: mu.re, mu_s: 0.0, e: e.re.clamp(0.0, 1.0) };
+    let (outcome, jacobian) = model.collide_with_jacobian(&before, &coefficients).ok()?;
+    let after = outcome.object.velocity;
+    let ratio = after.y / after.x;
+    let inputs = [
+        (Input::VelocityX, closing),
+        (Input::SpinZ, -slip),
+        (Input::E, e),
+        (Input::Mu, mu),
+        (Input::B, b),
+        (Input::C, c),
+        (Input::Kappa, kappa),
+    ];
+    let add = |sum: Dual, (input, value): (Input, Dual)| {
+        let column = jacobian.column(input as usize);
+        sum + (value - value.re) * ((column[7] - ratio * column[6]) / after.x)
+    };
+    Some(inputs.into_iter().fold(Dual::from_re(ratio), add))
 }
 
 /// Returns the place of a point on a piece `late` seconds after the impact: the disc's centre, or a
@@ -137,8 +158,7 @@ pub(super) fn follow(
     discs: &Discs,
 ) -> Option<Motion> {
     let own: [Dual; CORE] = std::array::from_fn(|i| constant::<INPUTS>(values[i]).derivative(i));
-    let [mass_ratio, slowing, drag, contact_distance] =
-        std::array::from_fn(|i| constant::<INPUTS>(shared[MOVING[i]]).derivative(CORE + i));
+    let [.., mass_ratio, slowing, drag, contact_distance] = shared_inputs(shared);
     let pair = |i: usize| DualVector::new(own[i], own[i + 1]);
     let (sin, cos) = own[own::DIRECTION].sin_cos();
     let (n, t) = (DualVector::new(cos, sin), DualVector::new(-sin, cos));

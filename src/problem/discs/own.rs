@@ -80,9 +80,6 @@ pub(super) const DISTANCE_SD: f64 = 0.01;
 const SLOWING_SD: f64 = 0.1;
 const DRAG_SD: f64 = 1.0;
 
-/// Unknowns of the law of the impact.
-pub(super) const LAW: [Id; 6] = [Id::Mu, Id::E, Id::FallB, Id::FallC, Id::Kappa, Id::ESlope];
-
 /// Number of shots that determine a camera, or how a deceleration depends on speed, at least.
 pub(super) const LEAST_SHOTS: usize = 3;
 

@@ -11,7 +11,7 @@ use crate::problem::effects::choose_effects;
 use crate::problem::false_shots::{Squares, candidates, judge, tail};
 use crate::problem::film::causes::{self, Refit};
 use crate::problem::findings::Finding;
-use crate::problem::intervals::{Known, ParameterEstimate, Quantiles, Status, determine, errors_as_free};
+use crate::problem::intervals::{Known, ParameterEstimate, Quantiles, determine, errors_as_free};
 use crate::problem::minimise::{
     Descent, ENOUGH_SHOTS, MAX_STEPS, descend, descend_from_grid, descend_with_noise,
 };
@@ -147,7 +147,7 @@ fn finish(
     choices: &RowsChoices,
     policy: &Policy,
 ) -> RowsFit {
-    let Table { problem, names, left_out, settings, silent, mut findings } = table;
+    let Table { problem, names, left_out, settings, silent, findings } = table;
     let (mut covariance, undetermined) = determine(&problem, &descent.end);
     let noises = list_noises(&problem, &descent.end, &covariance);
     let is_robust = problem.is_robust();
@@ -155,9 +155,6 @@ fn finish(
     if let Some(scattered) = robust_covariance(&problem, &descent.end, &covariance) {
         covariance.covariance = scattered;
         dof = Some((names.len() as f64 - covariance.columns.len() as f64).max(1.0));
-    }
-    if !descent.converged {
-        findings.push(Finding::NotConverged);
     }
     let mut solution =
         Solution { findings, left_out, ..Solution::new(problem, descent, covariance, vec![names]) };
@@ -177,13 +174,6 @@ fn finish(
         profiles: !(choices.without_profiles || is_robust),
     };
     let estimates = known.estimates(&settings);
-    solution.findings.extend(estimates.iter().filter_map(|estimate| {
-        let id = Id::from(estimate.parameter);
-        match estimate.status {
-            Status::NotIdentified => Some(Finding::Undetermined { id, sd: f64::INFINITY }),
-            _ => estimate.is_at_bound().then_some(Finding::AtBound { id, bound: estimate.value }),
-        }
-    }));
     RowsFit { solution, estimates, noises, dof, as_free }
 }
 
