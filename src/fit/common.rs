@@ -12,14 +12,15 @@ use super::goodness::normality_of;
 use super::regions::contours;
 use super::request::{Request, rejected};
 use super::{
-    Computed, Counted, Depth, Diagnostics, Estimate, Fit, Goodness, Identifiability, Influence, Noise,
-    NoiseVerdict, Options, Rejected, Residual, Robust, Trend, Weight,
+    Computed, Counted, Depth, Diagnostics, Estimate, Fit, FitError, Goodness, Identifiability, Influence,
+    Noise, NoiseVerdict, Options, Rejected, Residual, Robust, Trend, Weight,
 };
 use crate::measurement::loss::Loss;
-use crate::measurement::parameter::{Parameter, Settings};
+use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::physics::collision::Fidelity;
 use crate::problem::{
-    Deviations, Estimates, Evaluation, Finding, Id, Known, Policy, Quantiles, ShotInfluence, Solution,
+    Deviations, Estimates, Evaluation, Finding, Id, Known, Policy, Quantiles, RowsError, ShotInfluence,
+    Solution,
 };
 
 /// Shots that are listed by their influence whether they are influential or not, and at most.
@@ -53,6 +54,18 @@ pub(super) struct Own<'a> {
     pub(crate) dof: f64,
     pub(crate) is_stated: bool,
     pub(crate) trends: Vec<Trend>,
+}
+
+/// Checks that a contact that is stated to be compliant is not fitted at a fidelity that takes it
+/// as rigid.
+///
+/// # Errors
+/// It is.
+pub(super) fn check_fidelity(request: &Request) -> Result<(), FitError> {
+    let is_compliant = request.dataset.settings.compliance == Compliance::Stated;
+    let is_rigid = |fidelity: &Fidelity| is_compliant && !fidelity.effects().compliance;
+    let rigid = request.options.fidelity.filter(is_rigid);
+    rigid.map_or(Ok(()), |rigid| Err(request.of_rows(RowsError::Rigid(rigid.name()))))
 }
 
 impl Fitted<'_> {

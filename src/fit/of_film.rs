@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::camera::FoundCamera;
-use super::common::{Fitted, Own};
+use super::common::{Fitted, Own, check_fidelity};
 use super::deviations::trends;
 use super::film::FittedFilm;
 use super::film_words::DIFFERS;
@@ -13,12 +13,13 @@ use crate::measurement::dataset::{Measured, Shot};
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Fidelity, Model};
-use crate::problem::{Id, Modelling, Policy, RowsError, fit_film};
+use crate::problem::{Id, Modelling, Policy, fit_film};
 
 /// Fits all frames of a film.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let Request { dataset, options, .. } = request;
-    let (model, settings) = fitted_with(&request)?;
+    check_fidelity(&request)?;
+    let (model, settings) = fitted_with(&request);
     let is_auto = options.fidelity.is_none();
     let modelling = Modelling { model, settings, is_auto, loss: options.loss.unwrap_or(dataset.loss) };
     let solution = fit_film(dataset, &modelling, &Policy::default());
@@ -71,24 +72,16 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
 }
 
 /// Returns the model and the settings that the shots of a data set are fitted with.
-///
-/// # Errors
-/// A contact that is stated to be compliant, at a fidelity that takes it as rigid.
-fn fitted_with(request: &Request) -> Result<(Model, Settings), FitError> {
+fn fitted_with(request: &Request) -> (Model, Settings) {
     let Request { dataset, options, .. } = *request;
     let mut model = dataset.model(options.fidelity.unwrap_or(Fidelity::Full));
     model.tolerance = options.tolerance;
-    let settings = options.falling.applied(dataset.settings_of_balls());
+    let settings = dataset.settings_of_balls();
     if settings.compliance == Compliance::Stated {
-        if let Some(fidelity) = options.fidelity
-            && !fidelity.effects().compliance
-        {
-            return Err(request.of_rows(RowsError::Rigid(fidelity.name())));
-        }
         // a search does not depend on the initial value
         let Setting { initial, lower, upper, fixed, .. } = settings[Parameter::Kappa];
         let typical = Parameter::Kappa.default_setting().initial.clamp(lower, upper);
         model.kappa = if fixed { initial } else { typical };
     }
-    Ok((model, settings))
+    (model, settings)
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::common::{Fitted, Own};
+use super::common::{Fitted, Own, check_fidelity};
 use super::deviations::trends;
 use super::request::Request;
 use super::{Depth, Estimate, Fit, FitError, Status, doubts};
@@ -25,6 +25,7 @@ struct OfRows<'a> {
 /// Fits the shots of a table.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let Request { dataset, options, .. } = request;
+    check_fidelity(&request)?;
     let shots: Vec<&Shot> = dataset.shots.iter().collect();
     let without_profiles = options.depth < Depth::Intervals;
     let choices = RowsChoices { fidelity: options.fidelity, loss: options.loss, without_profiles };

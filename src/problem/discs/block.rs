@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::DVector;
 
 use super::lines::Stuck;
-use super::motion::{COEFFICIENTS, Dual, MOVING, Motion, follow, impulse_ratio, locate, restitution};
+use super::motion::{COEFFICIENTS, Dual, Motion, follow, impulse_ratio, list_moving, locate, restitution};
 use super::own::{self, CORE, Component, spreads};
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::{Camera, Point};
@@ -86,7 +86,7 @@ impl DiscBlock {
     /// Follows both discs of shot `i` through the impact; `None` if they do not approach.
     pub(super) fn follow(&self, i: usize, own: &Own, shared: &Shared) -> Option<Motion> {
         let shot = &self.shots[i];
-        follow((shot.stuck.is_some(), shot.turns), own, shared, &self.discs)
+        follow(shot.stuck.is_some(), own, shared, &self.discs)
     }
 
     /// Returns the used frames of each track of shot `i`, whitened; an empty list if the discs do
@@ -170,7 +170,7 @@ impl DiscBlock {
             }
             Scattered { spread, place: own::RESTITUTION + spread, value: off.re, by }
         };
-        let off_restitution = e - restitution(-parting, shared);
+        let off_restitution = e - restitution(&-parting, shared);
         std::iter::once(off_restitution).chain(off_friction).enumerate().map(number).collect()
     }
 
@@ -225,5 +225,5 @@ impl DiscBlock {
 
 /// Returns the places of the inputs of a motion among `count` own unknowns and the shared ones.
 pub(super) fn places_of_inputs(count: usize) -> Vec<usize> {
-    (0..CORE).chain(MOVING.map(|id| count + id as usize)).collect()
+    (0..CORE).chain(list_moving().map(|id| count + id as usize)).collect()
 }

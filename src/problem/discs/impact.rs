@@ -81,19 +81,17 @@ impl DiscImpact {
         ))
     }
 
-    /// Returns the reason for which the frames show no single collision, if they do not.
-    pub(super) fn find_misfit(&self) -> Option<Unusable> {
-        let distance = 1e-3 * self.get(DISTANCE)?.value.abs();
-        let is_seen_across = self.get("impulse_ratio").is_some();
-        let is_off = distance > 0.0 && is_seen_across && self.position_sd > MAX_FRAME_DEVIATION * distance;
-        is_off.then_some(Unusable::BadFit { reduced_chi2: self.misfit, rms_mm: 1e3 * self.position_sd })
-    }
-
-    /// Returns the reason for which the discs are others than those with these radii, if their
-    /// distance shows it.
-    pub(super) fn find_separation(&self, radii: [f64; 2], policy: &Policy) -> Option<Unusable> {
+    /// Returns the reason for which the shot cannot be used: its frames show no single collision,
+    /// or other discs than those with these radii.
+    pub(super) fn find_unusable(&self, radii: Option<[f64; 2]>, policy: &Policy) -> Option<Unusable> {
+        // films of one dimension show no distance
         self.get("impulse_ratio")?;
-        let expected = 1e3 * (radii[0] + radii[1]);
+        let distance = 1e-3 * self.get(DISTANCE)?.value.abs();
+        if distance > 0.0 && self.position_sd > MAX_FRAME_DEVIATION * distance {
+            let rms_mm = 1e3 * self.position_sd;
+            return Some(Unusable::BadFit { reduced_chi2: self.misfit, rms_mm });
+        }
+        let expected = 1e3 * radii?.into_iter().sum::<f64>();
         let [measured, error] = self.find_difference(DISTANCE, expected, DISTANCE_SD * expected, policy)?;
         Some(Unusable::Separation { measured, expected, error })
     }

@@ -3,8 +3,8 @@
 
 use super::impact::DiscImpact;
 use super::measure::{ROUNDS, measure_discs, settle, solve};
-use super::motion::{self, LAW, MOVING};
-use super::own::Component;
+use super::motion;
+use super::own::{Component, LAW};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::{Compliance, Settings};
 use crate::problem::false_shots::{Squares, judge};
@@ -92,6 +92,8 @@ fn keep_shots(Solution { problem, at, names, .. }: &mut Solution, keep: &[bool])
 fn stated_law(settings: &Settings) -> Vec<Unknown> {
     let mut all = Unknown::list();
     list_contact(&mut all, settings);
+    // discs do not press on a cloth
+    all[Id::MuS as usize].mode = Mode::Fixed;
     all
 }
 
@@ -135,9 +137,9 @@ fn choose_law(
 fn fit_law(free: &Solution, law: &[Unknown]) -> Result<Vec<Solution>, FilmError> {
     let (mut problem, mut first) = (free.problem.clone(), free.at.state.clone());
     problem.discs_mut().ok_or(FilmError::NoFilm)?.has_law = true;
-    for id in MOVING.into_iter().take(LAW) {
-        *problem.unknown_mut(id) = law[id as usize];
-        first.shared[id] = law[id as usize].start;
+    for unknown in &law[..LAW] {
+        *problem.unknown_mut(unknown.id) = *unknown;
+        first.shared[unknown.id] = unknown.start;
     }
     let likeliest = |of_kappa: Vec<State>| {
         let all = of_kappa.into_iter().map(|state| problem.evaluate(state));
@@ -165,16 +167,16 @@ fn judge_shots(fit: &Solution, policy: &Policy) -> Result<Vec<bool>, FilmError> 
     let spreads = fit.problem.samples[0].block.spreads();
     let reduced = fit.at.eliminate(&fit.problem, 0.0).ok_or(FilmError::Undetermined)?;
     let squares = |(i, scattered): (usize, &Vec<Scattered>)| {
-        let squares = scattered.iter().filter_map(|number| {
-            let variance = spreads[number.spread].sd.powi(2);
-            let expected = variance - reduced.own[0][i].variance(&number.by);
-            // quantities that the frames do not show do not count
-            (expected > 1e-3 * variance).then(|| number.value.powi(2) / expected)
-        });
-        squares.fold(Squares { sum: 0.0, count: 0.0 }, |all, square| Squares {
-            sum: all.sum + square,
-            count: all.count + 1.0,
-        })
+        let squares: Vec<f64> = scattered
+            .iter()
+            .filter_map(|number| {
+                let variance = spreads[number.spread].sd.powi(2);
+                let expected = variance - reduced.own[0][i].variance(&number.by);
+                // quantities that the frames do not show do not count
+                (expected > 1e-3 * variance).then(|| number.value.powi(2) / expected)
+            })
+            .collect();
+        Squares { sum: squares.iter().sum(), count: squares.len() as f64 }
     };
     let scattered = fit.at.shots[0].iter().map(|shot| &shot.scattered).enumerate();
     Ok(judge(&scattered.map(squares).collect::<Vec<_>>(), (0.0, 1.0), policy))
@@ -200,7 +202,7 @@ impl Solution {
         let inertia = self.problem.discs()?.discs.inertia;
         let shared = &self.state().shared;
         let closing = constant(closing);
-        let e = motion::restitution(closing, shared);
+        let e = motion::restitution(&closing, shared);
         Some(motion::impulse_ratio([closing, constant(slip), e], shared, inertia)?.re)
     }
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::block::{DiscBlock, PointTrack, places_of_inputs};
 use super::impact::{DiscImpact, find_doubts};
 use super::lines::LEAST;
-use super::motion::{Dual, INPUTS, LAW, MOVING, locate};
-use super::own::{self, LEAST_SHOTS};
+use super::motion::{Dual, INPUTS, locate};
+use super::own::{self, LAW, LEAST_SHOTS};
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::problem::block::Block;
 use crate::problem::false_shots::tail;
@@ -74,8 +74,7 @@ pub(crate) fn measure_discs(
     let (mut solution, mut impacts) = measure(dataset, policy)?;
     let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
     impacts.retain(|impact| {
-        let separation = || impact.find_separation(discs?.radii?, policy);
-        let fault = impact.find_misfit().or_else(separation);
+        let fault = impact.find_unusable(discs.and_then(|discs| discs.radii), policy);
         solution.left_out.extend(fault.iter().map(|fault| (impact.name.clone(), fault.to_string())));
         fault.is_none()
     });
@@ -91,9 +90,7 @@ pub(crate) fn measure_discs(
 /// the measurements of each shot.
 fn measure(dataset: &Dataset, policy: &Policy) -> Result<(Solution, Vec<DiscImpact>), FilmError> {
     let Film { block, mut unknowns, own, left_out, findings, unit, middle, .. } = Film::of_discs(dataset)?;
-    for id in MOVING.into_iter().take(LAW) {
-        unknowns[id as usize].mode = Mode::Fixed;
-    }
+    unknowns[..LAW].iter_mut().for_each(|unknown| unknown.mode = Mode::Fixed);
     let few = usize::from(own.len() < LEAST_SHOTS);
     let mut state = State { own: vec![own], shared: Shared::starts(&unknowns) };
     let mut problem = Problem::of_one(Block::Discs(block), unknowns);

@@ -27,27 +27,18 @@ use crate::physics::disc::Discs;
 use crate::physics::friction_law::Law;
 use crate::problem::film::dual::constant;
 use crate::problem::frames;
-use crate::problem::unknowns::{Id, Own, Shared};
+use crate::problem::unknowns::{DISCS, Id, Own, Shared};
 
-/// Shared unknowns that move the discs, those of the law of the impact first.
-pub(super) const MOVING: [Id; 10] = [
-    Id::Mu,
-    Id::E,
-    Id::FallB,
-    Id::FallC,
-    Id::Kappa,
-    Id::ESlope,
-    Id::MassRatio,
-    Id::Slowing,
-    Id::Drag,
-    Id::ContactDistance,
-];
+/// Returns the shared unknowns that move the discs: those of the contact and of discs alone.
+pub(super) fn list_moving() -> impl Iterator<Item = Id> {
+    Id::ALL.into_iter().filter(|id| *id <= Id::MassRatio || *id >= Id::Slowing)
+}
 
-/// Number of unknowns of the law.
-pub(super) const LAW: usize = 6;
+/// Number of shared unknowns that move the discs.
+const MOVING: usize = Id::MassRatio as usize + 1 + DISCS;
 
 /// Number of inputs of a shot's motion, its own unknowns first.
-pub(super) const INPUTS: usize = CORE + MOVING.len();
+pub(super) const INPUTS: usize = CORE + MOVING;
 
 /// A number with its derivatives by the inputs.
 pub(super) type Dual = DualSVec64<INPUTS>;
@@ -92,21 +83,25 @@ impl Motion {
     }
 }
 
-/// Returns the shared inputs with their derivatives, in the order of [`MOVING`].
-fn shared_inputs(shared: &Shared) -> [Dual; MOVING.len()] {
-    std::array::from_fn(|i| Dual::from_re(shared[MOVING[i]]).derivative(CORE + i))
+/// Returns the shared inputs with their derivatives, in the order of [`list_moving`].
+fn shared_inputs(shared: &Shared) -> [Dual; MOVING] {
+    let mut inputs = [constant(0.0); MOVING];
+    for ((place, id), input) in (CORE..).zip(list_moving()).zip(&mut inputs) {
+        *input = Dual::from_re(shared[id]).derivative(place);
+    }
+    inputs
 }
 
 /// Returns e by the law at a closing speed.
-pub(super) fn restitution(closing: Dual, shared: &Shared) -> Dual {
-    let [_, e, _, _, _, slope, ..] = shared_inputs(shared);
+pub(super) fn restitution(closing: &Dual, shared: &Shared) -> Dual {
+    let [_, _, e, _, _, _, slope, ..] = shared_inputs(shared);
     e - slope * closing
 }
 
 /// Returns J_t/J_n on the second of two discs by the law at a closing speed, a slip and an e;
 /// `None` if the discs do not approach.
 pub(super) fn impulse_ratio([closing, slip, e]: [Dual; 3], shared: &Shared, inertia: f64) -> Option<Dual> {
-    let [mu, _, b, c, kappa, ..] = shared_inputs(shared);
+    let [mu, _, _, b, c, kappa, ..] = shared_inputs(shared);
     // two equal discs of radius 1, the second at rest, and a spin of the first that gives the slip
     let mut model = Model::new(Fidelity::Full, Ball { radius: 1.0, mass: 1.0, inertia });
     if kappa.re > 0.0 {
@@ -149,14 +144,9 @@ pub(super) fn locate<T: Number>(at: &[T; COEFFICIENTS], late: T, marker: Option<
     Vector2::new(centre.x + radius * cos, centre.y + radius * sin)
 }
 
-/// Follows both discs through the impact, if they stick together as one body; rotations of discs
-/// that are not seen to turn stay. `None` if they do not approach.
-pub(super) fn follow(
-    (is_stuck, turns): (bool, [bool; 2]),
-    values: &Own,
-    shared: &Shared,
-    discs: &Discs,
-) -> Option<Motion> {
+/// Follows both discs through the impact, if they stick together as one body; `None` if they do not
+/// approach.
+pub(super) fn follow(is_stuck: bool, values: &Own, shared: &Shared, discs: &Discs) -> Option<Motion> {
     let own: [Dual; CORE] = std::array::from_fn(|i| constant::<INPUTS>(values[i]).derivative(i));
     let [.., mass_ratio, slowing, drag, contact_distance] = shared_inputs(shared);
     let pair = |i: usize| DualVector::new(own[i], own[i + 1]);
@@ -210,10 +200,8 @@ pub(super) fn follow(
         let change = normal * parts[disc] * sign;
         let across = t * (ratio * change);
         *after += n * change + across + gained;
-        if turns[disc] {
-            let own_ratio = ratio + own[own::SPIN_RATIO + disc];
-            *spin -= parts[disc] * normal * own_ratio / (radii[disc] * discs.inertia);
-        }
+        let own_ratio = ratio + own[own::SPIN_RATIO + disc];
+        *spin -= parts[disc] * normal * own_ratio / (radii[disc] * discs.inertia);
         // what friction changes, it has changed for a while
         let lead = own[own::LEAD];
         let round = [zero, zero, zero, *spin, (*spin - spins[disc]) * lead];

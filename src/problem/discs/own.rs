@@ -62,6 +62,9 @@ impl Component {
     ];
 }
 
+/// Number of unknowns of the law of the impact: [`Id::Mu`] to [`Id::ESlope`].
+pub(super) const LAW: usize = Id::ESlope as usize + 1;
+
 /// How much the four decelerations of a single shot differ before the frames are seen, m/s². It
 /// counts as one shot.
 const EVEN_SLOWING: f64 = 0.002;

@@ -21,9 +21,8 @@ use crate::problem::solution::Solution;
 use crate::problem::uncertainty::{Estimates, robust_covariance};
 use crate::problem::unknowns::{Id, Mode};
 
-/// Distance from a bound, in standard errors, within which a minimum is at the bound but for
-/// rounding.
-const BESIDE: f64 = 1e-5;
+/// Distance from a bound within which a search ends at it but for rounding.
+const BESIDE: f64 = 1e-9;
 
 /// The fit of a table.
 pub(crate) struct RowsFit {
@@ -84,8 +83,14 @@ pub(crate) fn fit_rows(
     let converged = descent.converged;
     table.problem.weigh_again(&mut descent.end);
     // to rounding, so that bounds are met
-    let descent = Descent { converged, ..descend(&table.problem, descent.end, &free, (MAX_STEPS, EXACT)) };
-    let mut descent = meet_bounds(&table.problem, descent);
+    descent = descend(&table.problem, descent.end, &free, (MAX_STEPS, EXACT));
+    let mut state = descent.end.state.clone();
+    for column in free {
+        let x = &mut state.shared.0[column];
+        let mut bounds = table.problem.unknowns[column].bounds.into_iter();
+        *x = bounds.find(|bound| (*x - bound).abs() < BESIDE).unwrap_or(*x);
+    }
+    descent = Descent { end: table.problem.evaluate(state), converged, ..descent };
     if dataset.side_sd > 0.0
         && let Some(end) = integrate_spins(&table.problem, &descent.end)
     {
@@ -121,23 +126,6 @@ fn integrate_spins(problem: &Problem, at: &Evaluation) -> Option<Evaluation> {
     }
     let end = descend(problem, problem.evaluate(state), &[], (MAX_STEPS, STALL)).end;
     end.cost.is_finite().then_some(end)
-}
-
-/// Moves unknowns that are beside a bound on to it, if the data are as likely there.
-fn meet_bounds(problem: &Problem, descent: Descent) -> Descent {
-    let Some(estimates) = Estimates::new(problem, &descent.end) else { return descent };
-    let mut state = descent.end.state.clone();
-    for column in &estimates.columns {
-        let near = BESIDE * estimates.sd(*column).unwrap_or(0.0);
-        let x = &mut state.shared.0[*column];
-        for bound in problem.unknowns[*column].bounds {
-            if (*x - bound).abs() < near {
-                *x = bound;
-            }
-        }
-    }
-    let end = problem.evaluate(state);
-    if end.cost > descent.end.cost + STALL { descent } else { Descent { end, ..descent } }
 }
 
 /// Computes what is known at a minimum, besides the ends of descents from elsewhere.

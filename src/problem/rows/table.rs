@@ -1,5 +1,6 @@
 //! Conversion of the shots of a data set to a problem.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use nalgebra::DVector;
@@ -9,7 +10,7 @@ use super::block::{Pool, RowsBlock};
 use super::shot::{RowShot, RowsChoices, RowsError};
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::observable::Observable;
-use crate::measurement::parameter::{Compliance, Parameter, Settings};
+use crate::measurement::parameter::{Parameter, Settings};
 use crate::numerics::EXACT;
 use crate::physics::collision::Fidelity;
 use crate::problem::block::Block;
@@ -59,11 +60,6 @@ impl Table {
         list_contact(&mut unknowns, &settings);
         if !settings.falls {
             unknowns[Id::FallB as usize].mode = Mode::Fixed;
-        }
-        let is_stated =
-            settings.compliance == Compliance::Stated && unknowns[Id::Kappa as usize].start != 0.0;
-        if let Some(rigid) = choices.fidelity.filter(|fidelity| is_stated && !fidelity.effects().compliance) {
-            return Err(RowsError::Rigid(rigid.name()));
         }
         // what an integrated fidelity differs by is an offset of each shot
         let contact = Contact::new(&dataset.model(choices.fidelity.unwrap_or(Fidelity::Full)), &unknowns);
@@ -209,19 +205,14 @@ impl Table {
 
 /// Checks that the errors of each column are stated everywhere or nowhere.
 fn check_noise(rows: &[RowShot], shots: &[&Shot]) -> Result<(), RowsError> {
-    // of each observable the first shot, and whether it states the error
-    let mut seen: Vec<(Observable, bool, &Shot)> = Vec::new();
+    let all = rows.iter().zip(shots).flat_map(|(made, shot)| made.rows.iter().map(move |row| (row, *shot)));
     let place = |shot: &Shot| format!("{}:{} (shot {})", shot.file.display(), shot.line, shot.name);
-    let all = rows.iter().zip(shots);
-    for (row, shot) in all.flat_map(|(made, shot)| made.rows.iter().map(move |row| (row, *shot))) {
-        let is_stated = row.noise.is_none();
-        let Some((_, other, first)) = seen.iter().find(|(observable, ..)| *observable == row.observable)
-        else {
-            seen.push((row.observable, is_stated, shot));
-            continue;
-        };
-        if *other != is_stated {
-            let (with, without) = if is_stated { (shot, *first) } else { (*first, shot) };
+    // of each observable the first shot with a stated error, and without one
+    let mut firsts: HashMap<Observable, [Option<&Shot>; 2]> = HashMap::new();
+    for (row, shot) in all {
+        let first = firsts.entry(row.observable).or_default();
+        first[usize::from(row.noise.is_some())].get_or_insert(shot);
+        if let [Some(with), Some(without)] = *first {
             let (with, without) = (place(with), place(without));
             return Err(RowsError::MixedNoise { column: row.observable.column(), with, without });
         }
