@@ -26,10 +26,9 @@ struct OfRows<'a> {
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let Request { dataset, options, .. } = request;
     check_fidelity(&request)?;
-    let shots: Vec<&Shot> = dataset.shots.iter().collect();
     let without_profiles = options.depth < Depth::Intervals;
     let choices = RowsChoices { fidelity: options.fidelity, loss: options.loss, without_profiles };
-    let rows = fit_rows(dataset, &shots, &choices, &Policy::default());
+    let rows = fit_rows(dataset, &choices, &Policy::default());
     let rows = rows.map_err(|error| request.of_rows(error))?;
     let common = Fitted {
         request,
@@ -41,6 +40,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let mut fit = fitted.fit();
     let mut deviations = fitted.common.deviations.iter().flatten();
     let has_topspin = deviations.any(|found| found.spins[0] > 0.0);
+    let shots: Vec<&Shot> = dataset.shots.iter().collect();
     doubts::comment(&mut fit, dataset, &shots, has_topspin, []);
     Ok(fit)
 }

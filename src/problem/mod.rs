@@ -100,7 +100,7 @@ mod tests {
     use super::unknowns::{Own, Shared};
     use super::{Id, Modelling, ParameterEstimate, Policy, RowsChoices, RowsFit, Status, fit_film, fit_rows};
     use crate::io;
-    use crate::measurement::dataset::{Before, Dataset, Shot};
+    use crate::measurement::dataset::{Before, Dataset};
     use crate::measurement::loss::Loss;
     use crate::measurement::spin::Spin;
     use crate::measurement::track::{Sample, TrackShot};
@@ -133,7 +133,7 @@ mod tests {
     }
 
     fn fitted(dataset: &Dataset) -> RowsFit {
-        fit_rows(dataset, &dataset.shots.iter().collect::<Vec<_>>(), &FULL, &Policy::default()).unwrap()
+        fit_rows(dataset, &FULL, &Policy::default()).unwrap()
     }
 
     fn get(fit: &RowsFit, id: Id) -> ParameterEstimate {
@@ -189,8 +189,7 @@ mod tests {
         for (kind, loss, falls) in [("impacts", Loss::Cauchy, false), ("angles", Loss::Squares, true)] {
             let mut dataset = made(kind, 20, r#""natural-roll", "stun", "any""#, 0.05, [-50.0, 50.0], 1);
             dataset.settings.falls = falls;
-            let shots: Vec<&Shot> = dataset.shots.iter().collect();
-            let table = Table::new(&dataset, &shots, &RowsChoices { loss: Some(loss), ..FULL }).unwrap();
+            let table = Table::new(&dataset, &RowsChoices { loss: Some(loss), ..FULL }).unwrap();
             let (problem, mut state) = (&table.problem, table.start());
             for (i, own) in state.own[0].iter_mut().enumerate() {
                 let held = &problem.evaluate(table.start()).shots[0][i].held;

@@ -93,7 +93,8 @@ impl RowsBlock {
 
     /// Returns the standard deviation of a number.
     pub fn sd(&self, row: &Row) -> f64 {
-        row.noise.map_or(row.sd, |noise| self.noises[noise].sd)
+        let estimated = || row.noise.map_or(1.0, |noise| self.noises[noise].sd);
+        row.number.measured.sd.unwrap_or_else(estimated)
     }
 
     /// Returns the residuals of shot `i`, independent of each other and in units of their errors.
@@ -149,8 +150,8 @@ impl RowsBlock {
         let (cut, speed, spin) = (cut.re, speed.re, cue.spin);
         let topspin = spin[1].re * cut.cos() - spin[0].re * cut.sin();
         Some(Deviations {
-            observables: shot.rows.iter().map(|row| row.observable).collect(),
-            measured: shot.rows.iter().map(|row| row.value).collect(),
+            observables: shot.rows.iter().map(|row| row.number.observable).collect(),
+            measured: shot.rows.iter().map(|row| row.number.measured.value).collect(),
             values: DVector::from_iterator(rows.len(), rows.iter().map(|row| -row.re)),
             covariance,
             by: DMatrix::from_fn(rows.len(), PHYSICS, |row, id| by[row][OWN + id]),

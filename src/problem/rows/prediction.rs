@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Vector2};
 use num_dual::DualNum;
 
 use super::shot::{INPUTS, Row, RowShot, SPEED, Unpredictable};
-use crate::measurement::dataset::{Dataset, Shot};
+use crate::measurement::dataset::{Dataset, Measurement, Shot};
 use crate::measurement::observable::{Axis, Observable};
 use crate::numerics::{EXACT, wrap};
 use crate::physics::ball::BallState;
@@ -173,8 +173,9 @@ impl RowShot {
             Ok(Parting { balls, radii: contact.radii(shared), sticks })
         })?;
         let difference = |row: &Row| {
-            let off = approach.observe(row.observable, &after, self.side) - row.value;
-            if row.observable.is_angle() { turn(off) } else { off }
+            let Measurement { observable, measured } = row.number;
+            let off = approach.observe(observable, &after, self.side) - measured.value;
+            if observable.is_angle() { turn(off) } else { off }
         };
         let rows = self.rows.iter().map(difference).collect();
         Ok(Residuals { rows, sticks: after.sticks, approach })
@@ -213,10 +214,10 @@ pub fn predict(shot: &Shot, model: &Model, coefficients: &Coefficients) -> Resul
         };
         Ok(Parting { balls: [side(0), side(1)], radii: radii.map(constant), sticks: false })
     })?;
-    let value = |row: &Row| approach.observe(row.observable, &after, made.side).re;
+    let value = |row: &Row| approach.observe(row.number.observable, &after, made.side).re;
     Ok(Prediction {
         cue: approach.cue.state(radii[0]),
-        observables: made.rows.iter().map(|row| row.observable).collect(),
+        observables: made.rows.iter().map(|row| row.number.observable).collect(),
         values: made.rows.iter().map(value).collect(),
     })
 }

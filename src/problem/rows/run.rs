@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use super::shot::{Row, RowsChoices, RowsError};
 use super::table::{Table, TableNoise, list_noises};
-use crate::measurement::dataset::{Dataset, Shot};
+use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
 use crate::numerics::EXACT;
 use crate::problem::effects::choose_effects;
@@ -42,17 +42,16 @@ impl RowsFit {
     }
 }
 
-/// Fits some shots of a table.
+/// Fits the shots of a table.
 ///
 /// # Errors
 /// See [`RowsError`].
 pub(crate) fn fit_rows(
     dataset: &Dataset,
-    shots: &[&Shot],
     choices: &RowsChoices,
     policy: &Policy,
 ) -> Result<RowsFit, RowsError> {
-    let mut table = Table::new(dataset, shots, choices)?;
+    let mut table = Table::new(dataset, choices)?;
     let mut descent = table.fit()?;
     let keep = judge_rows(&table.problem, &descent.end.state, policy);
     if keep.contains(&false) {

@@ -31,12 +31,9 @@ const SPEEDS: [Observable; 4] = [
 /// A number after the impact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
-    pub(crate) observable: Observable,
-    pub(crate) value: f64,
+    pub(crate) number: Measurement,
     /// Index of its noise among those of the block; `None` if its error is stated.
     pub(crate) noise: Option<usize>,
-    /// Stated standard deviation; 1 if it is not stated.
-    pub(crate) sd: f64,
 }
 
 /// A shot of a table. Its own unknowns are the errors of its inputs in units of their standard
@@ -81,12 +78,7 @@ impl RowShot {
             None | Some(0.0) => OwnPrior::Held,
             _ => OwnPrior::Stated(Normal { mean: 0.0, sd: 1.0 }),
         };
-        let row = |Measurement { observable, measured }: &Measurement| Row {
-            observable: *observable,
-            value: measured.value,
-            noise: measured.sd.is_none().then_some(0),
-            sd: measured.sd.unwrap_or(1.0),
-        };
+        let row = |number: Measurement| Row { number, noise: number.measured.sd.is_none().then_some(0) };
         let cut = if is_cut { inputs[0] } else { inputs[2].atan2(inputs[1]) - inputs[0] };
         Ok(Self {
             is_cut,
@@ -99,7 +91,7 @@ impl RowShot {
             inertia: dataset.ball.inertia,
             roll: if shot.spin == Spin::NaturalRoll { 1.0 } else { 0.0 },
             side: if cut.sin() < 0.0 { -1.0 } else { 1.0 },
-            rows: rows.iter().map(row).collect(),
+            rows: rows.into_iter().map(row).collect(),
             offset: Correction::zeros(),
         })
     }

@@ -8,7 +8,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::{Pool, RowsBlock};
 use super::shot::{RowShot, RowsChoices, RowsError};
-use crate::measurement::dataset::{Dataset, Shot};
+use crate::measurement::dataset::{Dataset, Measurement, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::numerics::EXACT;
@@ -54,7 +54,7 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    pub fn new(dataset: &Dataset, shots: &[&Shot], choices: &RowsChoices) -> Result<Self, RowsError> {
+    pub fn new(dataset: &Dataset, choices: &RowsChoices) -> Result<Self, RowsError> {
         let settings = dataset.settings_of_balls();
         let mut unknowns = Unknown::list();
         list_contact(&mut unknowns, &settings);
@@ -66,7 +66,7 @@ impl Table {
         let usual = Shared::starts(&unknowns);
         let (mut rows, mut used) = (Vec::new(), Vec::new());
         let mut left_out = dataset.left_out.clone();
-        for shot in shots {
+        for shot in &dataset.shots {
             let made = RowShot::new(shot, dataset, settings.falls || settings.e_falls).and_then(|made| {
                 made.differences(&Own::zeros(OWN), &usual, &contact)?;
                 Ok(made)
@@ -74,7 +74,7 @@ impl Table {
             match made {
                 Ok(made) => {
                     rows.push(made);
-                    used.push(*shot);
+                    used.push(shot);
                 }
                 Err(why) => left_out.push((shot.name.clone(), why.to_string())),
             }
@@ -210,11 +210,11 @@ fn check_noise(rows: &[RowShot], shots: &[&Shot]) -> Result<(), RowsError> {
     // of each observable the first shot with a stated error, and without one
     let mut firsts: HashMap<Observable, [Option<&Shot>; 2]> = HashMap::new();
     for (row, shot) in all {
-        let first = firsts.entry(row.observable).or_default();
+        let first = firsts.entry(row.number.observable).or_default();
         first[usize::from(row.noise.is_some())].get_or_insert(shot);
         if let [Some(with), Some(without)] = *first {
             let (with, without) = (place(with), place(without));
-            return Err(RowsError::MixedNoise { column: row.observable.column(), with, without });
+            return Err(RowsError::MixedNoise { column: row.number.observable.column(), with, without });
         }
     }
     Ok(())
@@ -227,7 +227,9 @@ impl RowsBlock {
         let (pools, noises) = (std::mem::take(&mut self.pools), std::mem::take(&mut self.noises));
         let mut readings: Vec<Vec<f64>> = Vec::new();
         for row in Arc::make_mut(&mut self.shots).iter_mut().flat_map(|shot| &mut shot.rows) {
-            let (observable, Some(before)) = (row.observable, row.noise) else { continue };
+            let (Measurement { observable, measured }, Some(before)) = (row.number, row.noise) else {
+                continue;
+            };
             let is_of = |pool: &Pool| {
                 let is_own = pool.observables.contains(&observable);
                 is_own || !is_split(&observable) && pool.observables[0].unit() == observable.unit()
@@ -242,7 +244,7 @@ impl RowsBlock {
             if !self.pools[which].observables.contains(&observable) {
                 self.pools[which].observables.push(observable);
             }
-            readings[which].push(row.value / observable.unit_si());
+            readings[which].push(measured.value / observable.unit_si());
             row.noise = Some(which);
         }
         for (pool, readings) in self.pools.iter_mut().zip(readings) {
