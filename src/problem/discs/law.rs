@@ -88,15 +88,6 @@ fn keep_shots(Solution { problem, at, names, .. }: &mut Solution, keep: &[bool])
     split_names(&mut names[0], keep)
 }
 
-/// Returns all shared unknowns, those of the law as a data set states them.
-fn stated_law(settings: &Settings) -> Vec<Unknown> {
-    let mut all = Unknown::list();
-    list_contact(&mut all, settings);
-    // discs do not press on a cloth
-    all[Id::MuS as usize].mode = Mode::Fixed;
-    all
-}
-
 /// Returns the minima with the likelier law, the likeliest first, and the finding that its contact
 /// is compliant though that is not stated. A single shot shows no law of friction, nor do shots
 /// whose slip is free.
@@ -108,7 +99,10 @@ fn choose_law(
     let block = free.problem.discs().ok_or(FilmError::NoFilm)?;
     let shots = block.shots.len();
     let shows_friction = block.shots.iter().filter(|shot| shot.knows_slip).count() > 1;
-    let mut law = stated_law(settings);
+    let mut law = Unknown::list();
+    list_contact(&mut law, settings);
+    // discs do not press on a cloth
+    law[Id::MuS as usize].mode = Mode::Fixed;
     let bounds = &mut law[Id::Kappa as usize].bounds;
     bounds[0] = bounds[0].max(LEAST_KAPPA);
     if !shows_friction {
