@@ -40,7 +40,7 @@ impl Block {
         match self {
             Self::Film(film) => film.shots[i].spin.priors().to_vec(),
             Self::Discs(discs) => discs.own_priors(i),
-            Self::Rows(rows) => rows.shots[i].priors.into_iter().enumerate().collect(),
+            Self::Rows(rows) => rows.shots[i].priors().collect(),
         }
     }
 

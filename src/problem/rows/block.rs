@@ -5,15 +5,15 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::prediction::{Approach, Deviations, Residuals};
-use super::shot::{Row, RowShot};
+use super::prediction::{Approach, Deviations, Residuals, error};
+use super::shot::{INPUTS, RowShot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
 use crate::problem::film::dual::gradient;
 use crate::problem::film::impact::{Contact, Correction};
 use crate::problem::film::own::OWN;
 use crate::problem::loss::ShotLoss;
-use crate::problem::sums::{Contribution, Noise, OwnPrior};
+use crate::problem::sums::{Contribution, Noise};
 use crate::problem::unknowns::{Mode, Own, PHYSICS, Shared, Unknown};
 
 /// Observables whose numbers have noise of one size.
@@ -91,19 +91,22 @@ impl RowsBlock {
         Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).for_each(offset);
     }
 
-    /// Returns the standard deviation of a number.
-    pub fn sd(&self, row: &Row) -> f64 {
-        let estimated = || row.noise.map_or(1.0, |noise| self.noises[noise].sd);
-        row.number.measured.sd.unwrap_or_else(estimated)
+    /// Returns the standard deviation of a number with a noise or, without one, a stated error.
+    fn sd(&self, noise: Option<usize>, stated: Option<f64>) -> f64 {
+        noise.map_or(stated.unwrap_or(0.0), |noise| self.noises[noise].sd)
     }
 
-    /// Returns the residuals of shot `i`, independent of each other and in units of their errors.
+    /// Returns the residuals of shot `i`, independent of each other and in units of their errors;
+    /// those of inputs that count as numbers stand behind the others.
     pub fn predict(&self, i: usize, own: &Own, shared: &Shared) -> Option<Residuals> {
         let shot = &self.shots[i];
         let mut residuals = shot.differences(own, shared, &self.contact).ok()?;
         for (residual, row) in residuals.rows.iter_mut().zip(&shot.rows) {
-            *residual /= self.sd(row);
+            *residual /= self.sd(row.noise, row.number.measured.sd);
         }
+        let inputs = shot.noisy_inputs();
+        let inputs = inputs.map(|(place, noise)| error(own, place) / self.noises[noise].sd);
+        residuals.rows.extend(inputs);
         Some(residuals)
     }
 
@@ -118,14 +121,14 @@ impl RowsBlock {
         for residual in &predicted.rows {
             sums.add_number(residual.re, &gradient(residual).as_slice()[..OWN + self.width]);
         }
-        for (place, prior) in shot.priors.iter().enumerate() {
-            sums.add_prior((place, *prior), own[place], &[]);
+        for (place, prior) in shot.priors() {
+            sums.add_prior((place, prior), own[place], &[]);
         }
         let loss = self.losses[shot.rows.len()];
         sums.weigh(loss, sums.cost.sqrt());
         let weight = sums.weight();
-        for (residual, row) in predicted.rows.iter().zip(&shot.rows) {
-            if let Some(noise) = row.noise {
+        for (residual, noise) in predicted.rows.iter().zip(shot.noises()) {
+            if let Some(noise) = noise {
                 sums.noises[noise].weighted += weight * weight * residual.re.powi(2) / loss.consistency;
                 sums.noises[noise].count += 1.0;
             }
@@ -138,13 +141,12 @@ impl RowsBlock {
         let shot = &self.shots[i];
         let Residuals { rows, approach, .. } =
             shot.differences(&Own::zeros(OWN), shared, &self.contact).ok()?;
-        let is_held = |place: usize| shot.priors[place] == OwnPrior::Held;
+        let sds = shot.inputs.map(|input| self.sd(input.noise, input.measured.sd));
         let by: Vec<_> = rows.iter().map(gradient).collect();
-        let by_input = |row: usize, place: usize| if is_held(place) { 0.0 } else { by[row][place] };
-        let inputs = DMatrix::from_fn(rows.len(), OWN, by_input);
+        let inputs = DMatrix::from_fn(rows.len(), INPUTS, |row, place| sds[place] * by[row][place]);
         let mut covariance = &inputs * inputs.transpose();
         for (i, row) in shot.rows.iter().enumerate() {
-            covariance[(i, i)] += self.sd(row).powi(2);
+            covariance[(i, i)] += self.sd(row.noise, row.number.measured.sd).powi(2);
         }
         let Approach { cut, speed, cue, cos, sin } = approach;
         let (cut, speed, spin) = (cut.re, speed.re, cue.spin);

@@ -82,6 +82,11 @@ fn roll(ball: &Side) -> DualVector {
     ball.velocity - ball.slip() * constant(ball.inertia / (1.0 + ball.inertia))
 }
 
+/// Returns the error of an input.
+pub(super) fn error(own: &Own, place: usize) -> Dual {
+    constant(own[place]).derivative(place)
+}
+
 fn direction(v: &DualVector) -> Dual {
     v.y.atan2(v.x)
 }
@@ -132,7 +137,11 @@ impl RowShot {
         own: &Own,
         collide: impl Fn(&Side) -> Result<Parting, NotACollision>,
     ) -> Result<(Approach, Parting), NotACollision> {
-        let input = |i: usize| constant(own[i]).derivative(i) * self.sds[i] + self.inputs[i];
+        let input = |place: usize| {
+            let input = &self.inputs[place];
+            let exact = constant(input.measured.value);
+            if input.is_exact() { exact } else { exact + error(own, place) }
+        };
         let mut inputs: [Dual; INPUTS] = std::array::from_fn(input);
         if let Some(observable) = self.speed_after {
             let measured = inputs[SPEED];

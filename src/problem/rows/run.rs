@@ -146,7 +146,8 @@ fn finish(
     let mut solution =
         Solution { findings, left_out, ..Solution::new(problem, descent, covariance, vec![names]) };
     let refuted = refutes(solution.at.cost, solution.dof() as f64, policy);
-    if let Some(ratio) = refuted.filter(|_| noises.is_empty() && !is_robust) {
+    let refuted = refuted.filter(|_| noises.is_empty() && !is_robust);
+    if let Some(ratio) = refuted {
         solution.findings.push(Finding::Misfit { ratio, refutes: true });
     }
     let as_free = errors_as_free(&solution.problem, &solution.at, &undetermined).filter(|_| !is_robust);
@@ -158,7 +159,7 @@ fn finish(
         undetermined: undetermined.into_iter().chain(silent).collect(),
         quantiles: Quantiles::new(dof).filter(|_| knows_noise),
         others: &others,
-        profiles: !(choices.without_profiles || is_robust),
+        profiles: !(choices.without_profiles || is_robust || refuted.is_some()),
     };
     let estimates = known.estimates(&settings);
     RowsFit { solution, estimates, noises, dof, as_free }

@@ -3,7 +3,7 @@
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};
 use crate::measurement::loss::Loss;
 use crate::measurement::number::count_of;
-use crate::measurement::observable::Observable;
+use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Fidelity, NotACollision};
 use crate::problem::film::impact::Correction;
@@ -36,18 +36,40 @@ pub(crate) struct Row {
     pub(crate) noise: Option<usize>,
 }
 
-/// A shot of a table. Its own unknowns are the errors of its inputs in units of their standard
-/// deviations.
+/// A number before the impact.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Input {
+    pub(super) measured: Measured,
+    /// The unit if the error is not stated.
+    pub(super) unit: Option<&'static str>,
+    /// Index of the noise of the numbers after the impact in this unit, which it has, too.
+    pub(super) noise: Option<usize>,
+}
+
+impl Input {
+    fn exact(value: f64) -> Self {
+        Self { measured: Measured { value, sd: None }, unit: None, noise: None }
+    }
+
+    /// Returns a number that is measured in the unit of an observable.
+    fn like(observable: Observable, measured: Measured) -> Self {
+        let unit = measured.sd.is_none().then(|| observable.unit());
+        Self { measured, unit, noise: None }
+    }
+
+    /// Returns whether it has no error.
+    pub(super) fn is_exact(&self) -> bool {
+        self.measured.sd.is_none() && self.noise.is_none()
+    }
+}
+
+/// A shot of a table. Its own unknowns are the errors of its inputs, SI and radians.
 #[derive(Clone, Debug)]
 pub(crate) struct RowShot {
     /// Whether it is of angles, in the collision frame.
     pub(super) is_cut: bool,
-    /// Measured inputs, in the order of the own unknowns.
-    pub(super) inputs: [f64; INPUTS],
-    /// Standard deviations of the inputs.
-    pub(super) sds: [f64; INPUTS],
-    /// Prior of each own unknown.
-    pub(crate) priors: [OwnPrior; OWN],
+    /// In the order of the own unknowns.
+    pub(super) inputs: [Input; INPUTS],
     /// Whether the speed before the impact is measured or follows from a speed afterwards.
     pub(crate) knows_speed: bool,
     /// The speed afterwards from which an unknown one before follows.
@@ -73,18 +95,13 @@ impl RowShot {
         let is_cut = matches!(shot.before, Before::Angle { .. });
         let is_measured = !matches!(shot.before, Before::Angle { speed: None, .. });
         let speed = if is_measured { None } else { take_speed(shot, &mut rows, needs_speed)? };
-        let (inputs, sds) = read_inputs(shot, speed.map(|speed| speed.measured))?;
-        let prior = |place: usize| match sds.get(place) {
-            None | Some(0.0) => OwnPrior::Held,
-            _ => OwnPrior::Stated(Normal { mean: 0.0, sd: 1.0 }),
-        };
+        let inputs = read_inputs(shot, speed.map(|speed| speed.measured))?;
         let row = |number: Measurement| Row { number, noise: number.measured.sd.is_none().then_some(0) };
-        let cut = if is_cut { inputs[0] } else { inputs[2].atan2(inputs[1]) - inputs[0] };
+        let [first, x, y, ..] = inputs.map(|input| input.measured.value);
+        let cut = if is_cut { first } else { y.atan2(x) - first };
         Ok(Self {
             is_cut,
             inputs,
-            sds,
-            priors: std::array::from_fn(prior),
             knows_speed: is_measured || speed.is_some(),
             speed_after: speed.map(|speed| speed.observable),
             radius: dataset.ball.radius,
@@ -94,6 +111,29 @@ impl RowShot {
             rows: rows.into_iter().map(row).collect(),
             offset: Correction::zeros(),
         })
+    }
+
+    /// Returns what is known of each own unknown, with its place; those that count as numbers with
+    /// a noise are not among them.
+    pub(crate) fn priors(&self) -> impl Iterator<Item = (usize, OwnPrior)> {
+        (0..OWN).filter_map(|place| match self.inputs.get(place) {
+            Some(Input { noise: Some(_), .. }) => None,
+            Some(Input { measured: Measured { sd: Some(sd), .. }, .. }) => {
+                Some((place, OwnPrior::Stated(Normal { mean: 0.0, sd: *sd })))
+            }
+            _ => Some((place, OwnPrior::Held)),
+        })
+    }
+
+    /// Returns the inputs that count as numbers, with the indices of their noises.
+    pub(super) fn noisy_inputs(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.inputs.iter().enumerate().filter_map(|(place, input)| Some((place, input.noise?)))
+    }
+
+    /// Returns the index of the noise of each number, then of each input that counts as a number.
+    pub(super) fn noises(&self) -> impl Iterator<Item = Option<usize>> {
+        let inputs = self.noisy_inputs().map(|(_, noise)| Some(noise));
+        self.rows.iter().map(|row| row.noise).chain(inputs)
     }
 }
 
@@ -117,30 +157,31 @@ fn take_speed(
     }
 }
 
-/// Returns the measured inputs and their standard deviations, 0 of exact ones.
-fn read_inputs(
-    shot: &Shot,
-    speed_after: Option<Measured>,
-) -> Result<([f64; INPUTS], [f64; INPUTS]), Unpredictable> {
-    let exact = Measured { value: 0.0, sd: None };
+/// Returns the inputs of a shot.
+fn read_inputs(shot: &Shot, speed_after: Option<Measured>) -> Result<[Input; INPUTS], Unpredictable> {
+    let angle = |measured| Input::like(Observable::Throw, measured);
+    let speed = |measured| Input::like(Observable::CueSpeed, measured);
+    let turning = |measured| Input::like(Observable::CueSpin(Axis::X), measured);
     let [first, second, third] = match shot.before {
         Before::Impact { normal: [x, y], velocity } => {
             // a unit vector errs across itself: dα² = dn_x² + dn_y²
-            let sd = x.sd.unwrap_or(0.0).hypot(y.sd.unwrap_or(0.0));
-            [Measured { value: y.value.atan2(x.value), sd: Some(sd) }, velocity[0], velocity[1]]
+            let sd = x.sd.or(y.sd).map(|_| x.sd.unwrap_or(0.0).hypot(y.sd.unwrap_or(0.0)));
+            let [v_x, v_y] = velocity.map(speed);
+            [angle(Measured { value: y.value.atan2(x.value), sd }), v_x, v_y]
         }
-        Before::Angle { cut, speed } => {
-            let unknown = speed_after.unwrap_or(Measured { value: 1.0, ..exact });
-            [cut, speed.unwrap_or(unknown), exact]
+        Before::Angle { cut, speed: before } => {
+            let before = before.or(speed_after).map_or(Input::exact(1.0), speed);
+            [angle(cut), before, Input::exact(0.0)]
         }
     };
     let [w_x, w_y, w_z] = match shot.spin {
         Spin::Unknown => return Err(Unpredictable::UnknownSpin),
-        Spin::Measured { spin, sd } => [0, 1, 2].map(|axis| Measured { value: spin[axis], sd: sd[axis] }),
-        Spin::Stun | Spin::NaturalRoll => [exact; 3],
+        Spin::Measured { spin, sd } => {
+            [0, 1, 2].map(|axis| turning(Measured { value: spin[axis], sd: sd[axis] }))
+        }
+        Spin::Stun | Spin::NaturalRoll => [Input::exact(0.0); 3],
     };
-    let all = [first, second, third, w_x, w_y, w_z];
-    Ok((all.map(|measured| measured.value), all.map(|measured| measured.sd.unwrap_or(0.0))))
+    Ok([first, second, third, w_x, w_y, w_z])
 }
 
 /// Choices of the fit of a table that its data set does not state.

@@ -175,6 +175,11 @@ impl Table {
         let mut split = self.problem.clone();
         let (Some(rows), Some(of_split)) = (self.problem.rows_mut(), split.rows_mut()) else { return false };
         of_split.group_noises(|_| true);
+        // how far inputs err is not tested
+        for input in Arc::make_mut(&mut of_split.shots).iter_mut().flat_map(|shot| &mut shot.inputs) {
+            let estimated = input.noise.take().map(|noise| of_split.noises[noise].sd);
+            input.measured.sd = estimated.or(input.measured.sd);
+        }
         let at = split.evaluate(at.state.clone());
         let Some(estimates) = Estimates::new(&split, &at) else { return false };
         let found = list_noises(&split, &at, &estimates);
@@ -188,11 +193,19 @@ impl Table {
         };
         let unequal = rows.pools.iter().zip(&rows.noises).filter(is_unequal);
         let unequal: Vec<Observable> = unequal.flat_map(|(pool, _)| pool.observables.clone()).collect();
+        if unequal.is_empty() {
+            return false;
+        }
         rows.group_noises(|observable| unequal.contains(observable));
         for (pool, noise) in rows.pools.iter().zip(&mut rows.noises) {
-            noise.sd = noise.sd.max(pool.least());
+            let alone = |found: &&TableNoise| {
+                found.dof >= MIN_DOF_OF_BARTLETT && found.pool.observables == pool.observables
+            };
+            let growth = found.iter().find(alone).map_or(1.0, |found| found.square / found.dof);
+            noise.sd = (noise.sd * growth.sqrt()).max(pool.least());
         }
-        !unequal.is_empty()
+        rows.join_inputs();
+        true
     }
 
     /// Leaves out the shots for which `keep` is false, and says so.
@@ -251,6 +264,19 @@ impl RowsBlock {
             // of numbers spread evenly over a step
             let step = find_step(&readings).unwrap_or(0.0) * pool.observables[0].unit_si();
             pool.rounding = step / 12.0_f64.sqrt();
+        }
+        self.join_inputs();
+    }
+
+    /// Gives the inputs without stated errors the least noise of their unit.
+    fn join_inputs(&mut self) {
+        let Self { shots, pools, noises, .. } = self;
+        let least = |unit: &str| {
+            let alike = (0..pools.len()).filter(|which| pools[*which].observables[0].unit() == unit);
+            alike.min_by(|a, b| noises[*a].sd.total_cmp(&noises[*b].sd))
+        };
+        for input in Arc::make_mut(shots).iter_mut().flat_map(|shot| &mut shot.inputs) {
+            input.noise = input.unit.and_then(least);
         }
     }
 }
@@ -335,8 +361,8 @@ impl RowsBlock {
         for (i, own) in at.state.own[number].iter().enumerate() {
             let Some(predicted) = self.predict(i, own, &shared) else { continue };
             let weight = at.shots[number][i].weight();
-            for (residual, row) in predicted.rows.iter().zip(&self.shots[i].rows) {
-                let Some(noise) = row.noise else { continue };
+            for (residual, noise) in predicted.rows.iter().zip(self.shots[i].noises()) {
+                let Some(noise) = noise else { continue };
                 let by = DVector::from_column_slice(gradient(residual).as_slice());
                 let variance = estimates.variance(reduced, (number, i), &by);
                 sums[noise] += weight * variance;
