@@ -7,7 +7,9 @@ use super::Facts;
 use super::raw::{Job, Notes, RawShot, RawTrack, Subject, listed, quoted, sorted, span, stem};
 use super::repair::Wrong;
 use super::settings::{NAMED, Names, TrackSettings};
+use crate::film::rigid_body::circle_centres;
 use crate::io::text::shortened;
+use crate::measurement::track::Sample;
 use crate::numerics::median;
 
 /// Largest relative change of the distance of two points on one body. Points of one puck change
@@ -212,19 +214,24 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(
     if begin(&groups[1]) < begin(&groups[0]) {
         groups.swap(0, 1);
     }
+    let members = groups.each_ref().map(|group| group.iter().map(|i| &points[*i]).collect());
+    let centres = find_centres(&members);
     // the centre, or points on a circle about it, and further points
-    let [one, other] = groups.map(|group| {
-        let members: Vec<&RawTrack> = group.iter().map(|i| &points[*i]).collect();
-        let mut names = names_of(&group);
-        match central(&members) {
+    let [one, other] = [0, 1].map(|disc| {
+        let mut names = names_of(&groups[disc]);
+        match centres[disc] {
             Some(centre) => [vec![names.remove(centre)], names],
             None => [names, Vec::new()],
         }
     });
+    let shown = |[centre, beside]: &[Vec<String>; 2]| match beside[..] {
+        [] => quoted(centre),
+        _ => format!("{} in the middle of {}", quoted(centre), quoted(beside)),
+    };
     let message = format!(
         "[tracks] cue and object are not given: the disc that moves first, taken as cue, is {}; the other is {}",
-        quoted(one.iter().flatten()),
-        quoted(other.iter().flatten())
+        shown(&one),
+        shown(&other)
     );
     job.note(Subject::Names, raw.line, message);
     let ([cue, cue_markers], [object, object_markers]) = (one, other);
@@ -262,8 +269,40 @@ fn change(one: &RawTrack, other: &RawTrack) -> f64 {
     (most - least) / smooth[smooth.len() / 2].max(f64::MIN_POSITIVE)
 }
 
-/// Returns the point whose distances to three others or more are equal: the centre.
-fn central(points: &[&RawTrack]) -> Option<usize> {
+/// Returns which of the points on each disc is its centre; `None` if they are on a circle about it.
+/// Of three points one may have equal distances to the others and yet be on the rim, as at the
+/// corner of a square: the centre moves straight, which points beside it do not if the disc turns.
+fn find_centres(discs: &[Vec<&RawTrack>; 2]) -> [Option<usize>; 2] {
+    let candidates = discs.each_ref().map(|points| find_equidistant(points));
+    let bends = |(points, candidate): (&Vec<&RawTrack>, &Option<usize>)| {
+        let paths: Vec<Vec<Sample>> = points.iter().map(|point| path(point)).collect();
+        let slices: Vec<&[Sample]> = paths.iter().map(Vec::as_slice).collect();
+        let circle = circle_centres(&slices).ok()?;
+        candidate.filter(|_| points.len() == 3).map(|point| [bend(&paths[point]), bend(&circle)])
+    };
+    let bends = discs.iter().zip(&candidates).filter_map(bends);
+    let [points, circles] = bends.fold([0.0; 2], |sum, bend| [sum[0] + bend[0], sum[1] + bend[1]]);
+    // clearly, since all points of a disc that does not turn move alike
+    let is_straighter = 2.0 * points < circles;
+    [0, 1].map(|disc| candidates[disc].filter(|_| discs[disc].len() > 3 || is_straighter))
+}
+
+fn path(track: &RawTrack) -> Vec<Sample> {
+    track.seen().map(|row| Sample::new(row.time, row.place)).collect()
+}
+
+/// Returns how far a path bends: the median length of its second differences over a tenth of it.
+fn bend(path: &[Sample]) -> f64 {
+    let lag = path.len() / 10;
+    let second = |i: usize| {
+        let [a, b, c] = [&path[i], &path[i + lag], &path[i + 2 * lag]];
+        (a.x - 2.0 * b.x + c.x).hypot(a.y - 2.0 * b.y + c.y)
+    };
+    median((0..path.len() - 2 * lag).map(second).collect())
+}
+
+/// Returns the point whose distances to the others are equal.
+fn find_equidistant(points: &[&RawTrack]) -> Option<usize> {
     let is_like_centre = |i: &usize| {
         let others = (0..points.len()).filter(|j| j != i);
         let typical = others.map(|j| median(points[*i].distances(points[j])));
@@ -271,5 +310,5 @@ fn central(points: &[&RawTrack]) -> Option<usize> {
         most.max(0.0) <= (1.0 + MAX_INEQUALITY) * least
     };
     // no circle about a point of the rim meets the rim in three points
-    (0..points.len()).filter(|_| points.len() > 3).find(is_like_centre)
+    (0..points.len()).filter(|_| points.len() > 2).find(is_like_centre)
 }
