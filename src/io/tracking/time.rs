@@ -219,9 +219,10 @@ impl Grid {
             };
             return Err(format!("times are {:.6} s apart{why}", self.spacing));
         }
-        let spacing = if is_stated || self.spacing.is_nan() { rate.recip() } else { self.spacing };
-        let Some(frames) = self.frames(spacing).or_else(|| self.frames(rate.recip())) else {
-            if self.resolution > MAX_OFF * spacing {
+        // the spacing shows how a clock drifts, but a lost frame on a coarse one makes it longer
+        let drifting = || self.frames(self.spacing).filter(|_| !is_stated);
+        let Some(frames) = self.frames(rate.recip()).or_else(drifting) else {
+            if self.resolution > MAX_OFF / rate {
                 return Err(self.too_coarse(rate));
             }
             note(format!(
