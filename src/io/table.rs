@@ -1,13 +1,14 @@
 //! Tables with commas, semicolons or tabs between cells: columns with meanings, and labels.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::error::{Problems, did_you_mean, nearest};
 use super::manifest::StatedSpin;
 use super::text::{
-    Mark, Place, Slip, cells, filled_lines, line_end, name_of, parse, read_utf8, without_separator_line,
+    Mark, Place, Slip, cells, filled_lines, line_end, name_of, parse, read_utf8, value,
+    without_separator_line,
 };
 use crate::measurement::fault::{Condition, Fault, POSITIVE};
 use crate::measurement::number::count_of;
@@ -30,8 +31,7 @@ pub(crate) struct Table<'a> {
     header: Record,
     rows: Vec<Record>,
     known: Vec<&'static str>,
-    /// Numbers by column and row with their standard deviations, SI and radians.
-    numbers: HashMap<&'static str, Vec<Option<Measured>>>,
+    numbers: Vec<Column>,
 }
 
 /// A record: the number of its first line, and its cells without the blanks around them.
@@ -42,18 +42,16 @@ struct Record {
 }
 
 impl<'a> Table<'a> {
-    /// Reads columns of texts and of numbers. Complains about names that are nearly known, about
-    /// gaps in `required` columns, numbers out of range and standard deviations that are not
-    /// positive.
+    /// Gives columns of texts and of numbers their meanings. Complains about names that are nearly
+    /// known, about gaps in `required` columns, numbers out of range and standard deviations that
+    /// are not positive.
     pub(crate) fn with(mut self, texts: &'static str, columns: &[Column], required: &str) -> Self {
         self.known = texts.split(' ').chain(columns.iter().map(|(name, ..)| *name)).collect();
+        self.numbers = columns.to_vec();
         self.check_names(required);
-        for (name, unit_si, range) in columns {
-            let Some(values) = self.column(name, *unit_si, *range, "out of range") else { continue };
-            let sds = self.column(&format!("{name}_sd"), *unit_si, POSITIVE, "not a standard deviation");
-            let sd = |row: usize| sds.as_ref().and_then(|sds| sds[row]);
-            let measured = |(row, value): (usize, Option<f64>)| Some(Measured { value: value?, sd: sd(row) });
-            self.numbers.insert(*name, values.into_iter().enumerate().map(measured).collect());
+        for (name, unit_si, range) in columns.iter().filter(|(name, ..)| self.has(name)) {
+            self.check_numbers(name, *unit_si, *range, "out of range");
+            self.check_numbers(&format!("{name}_sd"), *unit_si, POSITIVE, "not a standard deviation");
         }
         self
     }
@@ -91,31 +89,28 @@ impl<'a> Table<'a> {
         for Record { line, cells } in rows.extract_if(.., |record| !is_whole(record)) {
             wrong(Some(line), &wrong_width(cells.len(), names.len(), separator));
         }
-        let (path, known, numbers) = (path.to_path_buf(), Vec::new(), HashMap::new());
+        let (path, known, numbers) = (path.to_path_buf(), Vec::new(), Vec::new());
         let table = Self { path, problems, separator, header, rows, known, numbers };
         (!table.rows.is_empty()).then_some(table)
     }
 
-    /// Returns the numbers of a column in SI, `None` for a gap; complains about those out of range.
-    /// A standard deviation may become 0 in radians. `None` if the column is missing.
-    fn column(&self, name: &str, unit_si: f64, range: Condition, fault: &str) -> Option<Vec<Option<f64>>> {
-        let (file, problems, column) = (self.path.as_path(), self.problems, self.place(name)?);
-        let mut marks = Mark::default();
-        let mut number = |Record { line, cells }: &Record| {
-            let text = cells[column].as_str();
-            let number = marks.number(Place { file, line: *line, column: name, text, problems })?;
-            let number = number * unit_si;
-            if Fault::of_number(name, number, range).is_some() {
-                let message = format!("{text} is {fault}; expected {}", range.1);
-                problems.add(file, *line, name, message);
-            }
-            Some(number)
+    /// Complains about cells of a column that are not numbers, or out of range in SI; a standard
+    /// deviation may become 0 in radians.
+    fn check_numbers(&self, name: &str, unit_si: f64, range: Condition, fault: &str) {
+        let (file, problems, Some(column)) = (self.path.as_path(), self.problems, self.place(name)) else {
+            return;
         };
-        let numbers = self.rows.iter().map(&mut number).collect();
+        let mut marks = Mark::default();
+        for Record { line, cells } in &self.rows {
+            let (line, text) = (*line, cells[column].as_str());
+            let number = marks.number(Place { file, line, column: name, text, problems });
+            if number.is_some_and(|number| Fault::of_number(name, number * unit_si, range).is_some()) {
+                problems.add(file, line, name, format!("{text} is {fault}; expected {}", range.1));
+            }
+        }
         if self.separator != ',' {
             marks.finish(file, problems);
         }
-        Some(numbers)
     }
 
     /// Adds a problem in a row or, without one, in the column names.
@@ -156,7 +151,9 @@ impl<'a> Table<'a> {
 
     /// Returns a number in SI with its standard deviation.
     pub(crate) fn at(&self, column: &str, row: usize) -> Option<Measured> {
-        self.numbers.get(column)?[row]
+        let (_, unit_si, _) = self.numbers.iter().find(|(name, ..)| *name == column)?;
+        let number = |name: &str| Some(value(self.text(name, row)?)? * unit_si);
+        Some(Measured { value: number(column)?, sd: number(&format!("{column}_sd")) })
     }
 
     /// Returns whether a cell is empty, or a word for a missing number.

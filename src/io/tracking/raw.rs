@@ -231,40 +231,36 @@ pub(super) enum Subject {
     Repeated,
 }
 
-/// Notes about detections and repairs, each once, with its first place and the number of places.
+/// Notes about detections and repairs, with their places, as they are made.
 #[derive(Debug, Default)]
-pub(super) struct Notes(RefCell<IndexMap<(Subject, String), (String, usize)>>);
+pub(super) struct Notes(RefCell<Vec<(Subject, String, String)>>);
 
 impl Notes {
     pub(super) fn add(&self, file: &Path, subject: Subject, line: Option<usize>, message: impl AsRef<str>) {
         let line = line.map_or(String::new(), |line| format!(":{line}"));
         let message = harmless(message.as_ref()).into_owned();
-        self.put((subject, message), format!("{}{line}", file.display()), 1);
-    }
-
-    fn put(&self, note: (Subject, String), first: String, count: usize) {
-        let mut notes = self.0.borrow_mut();
-        let (known, places) = notes.entry(note).or_insert_with(|| (first.clone(), 0));
-        if *places == 0 || *known != first {
-            *places += count;
-        }
+        self.0.borrow_mut().push((subject, message, format!("{}{line}", file.display())));
     }
 
     pub(super) fn append(&self, other: Self) {
-        for (note, (first, count)) in other.0.into_inner() {
-            self.put(note, first, count);
-        }
+        self.0.borrow_mut().extend(other.0.into_inner());
     }
 
+    /// Returns each note once, with its first place and the number of others.
     pub(super) fn into_lines(self) -> Vec<String> {
         /// Maximum number of notes of a subject that are listed.
         const MAX_LISTED: usize = 8;
-        let mut notes: Vec<_> = self.0.into_inner().into_iter().collect();
+        let mut notes: IndexMap<(Subject, String), Vec<String>> = IndexMap::new();
+        for (subject, message, place) in self.0.into_inner() {
+            notes.entry((subject, message)).or_default().push(place);
+        }
+        let mut notes: Vec<_> = notes.into_iter().collect();
         notes.sort_by_key(|((subject, _), _)| *subject);
         let mut lines = Vec::new();
         for notes in notes.chunk_by(|a, b| a.0.0 == b.0.0) {
-            for ((_, message), (first, count)) in notes.iter().take(MAX_LISTED) {
-                lines.push(format!("{first}{}: {message}", and_more(count - 1)));
+            for ((_, message), places) in notes.iter().take(MAX_LISTED) {
+                let others = places.iter().filter(|place| **place != places[0]).count();
+                lines.push(format!("{}{}: {message}", places[0], and_more(others)));
             }
             if notes.len() > MAX_LISTED {
                 lines.push(format!("and {} more like this", notes.len() - MAX_LISTED));

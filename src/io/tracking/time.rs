@@ -69,11 +69,9 @@ pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<
             (grid.camera_times([rate, fps], playback_fps.is_some(), note)?, fps)
         }
     };
-    if grid.are_rows {
-        let rows = shot.tracks.iter_mut().flat_map(|track| track.rows.iter_mut().zip(&times));
-        rows.for_each(|(row, time)| row.time = *time);
-    } else {
-        shot.map_times(|time| times[grid.times.partition_point(|other| *other < time * second)]);
+    for (i, row) in shot.tracks.iter_mut().flat_map(|track| track.rows.iter_mut().enumerate()) {
+        let place = grid.times.partition_point(|time| *time < row.time * second);
+        row.time = times[if grid.are_rows { i } else { place }];
     }
     Ok(fps)
 }
