@@ -126,7 +126,7 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
     };
     let files: Vec<String> = seen.iter().map(relative).collect();
     let (file, kind, has_spins) = (first.file.clone(), first.kind, first.has_spins);
-    let survey = seen.into_iter().filter_map(|seen| seen.survey).reduce(Survey::and).unwrap_or_default();
+    let survey = seen.into_iter().map(|seen| seen.survey).reduce(Survey::and).unwrap_or_default();
     draft.tracks = survey.tracks().into_iter().map(|(name, _)| name.to_owned()).collect();
     draft.follows = survey.times().0;
     draft.are_discs = survey.are_discs();
@@ -161,14 +161,14 @@ struct Seen {
     file: PathBuf,
     /// `tracks`, `impacts` or `angles`.
     kind: &'static str,
-    /// `None` for a table of impacts or angles, or of unknown columns.
-    survey: Option<Survey>,
+    /// Empty for a table of impacts or angles, or of unknown columns.
+    survey: Survey,
     has_spins: bool,
 }
 
 impl Seen {
     fn is_clear(&self) -> bool {
-        self.kind != "tracks" || self.survey.as_ref().is_some_and(|survey| !survey.is_empty())
+        self.kind != "tracks" || !self.survey.is_empty()
     }
 }
 
@@ -260,16 +260,15 @@ fn look(file: &Path) -> Result<Seen, Problem> {
     let names = names(&text);
     let has = |name: &str| names.iter().any(|own| own == name);
     let (kind, survey) = if has("nx") && has("ny") && has("cue_vx") {
-        ("impacts", None)
+        ("impacts", Survey::default())
     } else if has("cut_deg") {
-        ("angles", None)
+        ("angles", Survey::default())
     } else {
         let is_odd = |c: char| c == char::REPLACEMENT_CHARACTER || c.is_control() && !c.is_whitespace();
         let is_text = |line: &str| !line.starts_with(['{', '[', '<']) && !line.contains(is_odd);
-        let survey = Survey::of(file).map_err(|problems| problems.into_iter().next());
-        match survey {
+        match Survey::of(file, &text).map_err(|problems| problems.into_iter().next()) {
             Err(Some(problem)) if !names.first().is_some_and(|line| is_text(line)) => return Err(problem),
-            survey => ("tracks", survey.ok()),
+            survey => ("tracks", survey.unwrap_or_default()),
         }
     };
     let has_spins = has("cue_spin") || has("omega_x");

@@ -1,6 +1,5 @@
 //! Survey of files of tracks for a draft, with a guess of `[tracks.columns]` for an unknown table.
 
-use std::fs;
 use std::num::NonZero;
 use std::path::Path;
 
@@ -17,7 +16,7 @@ use super::words::{
     self, FRAMES, Kind, PERHAPS_BALLS, SHOTS, TIMES, Unit, beside, boxes, find, is_angle, pairs,
 };
 use crate::io::error::{Problem, Problems};
-use crate::io::text::{decode, value};
+use crate::io::text::value;
 use crate::io::toml_file::Source;
 use crate::measurement::number::count_of;
 use crate::numerics::median;
@@ -51,16 +50,16 @@ pub(crate) struct Survey {
 }
 
 impl Survey {
-    /// Surveys a file. Columns are guessed for a table in no known format, and for a long one with
-    /// boxes. `Err`: the problems of a file that cannot be read.
-    pub(crate) fn of(file: &Path) -> Result<Self, Vec<Problem>> {
+    /// Surveys a file with this text. Columns are guessed for a table in no known format, and for a
+    /// long one with boxes. `Err`: the problems of a file that cannot be read.
+    pub(crate) fn of(file: &Path, text: &str) -> Result<Self, Vec<Problem>> {
         let plain = Self::read(file, Default::default());
         if plain.as_ref().is_ok_and(|plain| plain.format() != Some(Format::Long)) {
             return plain;
         }
-        let guess = fs::read(file).ok().and_then(|bytes| columns(&decode(&bytes).0));
         let has = |guess: &[Columns; 2], key: &str| guess.iter().any(|columns| columns.contains_key(key));
-        let guess = guess.filter(|guess| plain.is_err() || has(guess, "width") || has(guess, "x2"));
+        let is_needed = |guess: &[Columns; 2]| plain.is_err() || has(guess, "width") || has(guess, "x2");
+        let guess = columns(text).filter(is_needed);
         guess.and_then(|guess| Self::read(file, guess).ok()).map_or(plain, Ok)
     }
 
