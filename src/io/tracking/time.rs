@@ -171,10 +171,12 @@ impl Grid {
         let shortest = near.iter().sum::<f64>() / near.len() as f64;
         let frames = [self.spacing, shortest].into_iter().find_map(|spacing| self.frames(spacing));
         let fps = self.mean_rate(frames.as_ref());
-        let slack = (self.resolution / self.length()).max(1e-6);
-        let possible = |rate: &f64| (rate / fps - 1.0).abs() <= slack;
+        let slack = (1.02 * self.resolution / self.length()).max(1e-6);
+        let possible = |rate: &f64| (fps / rate - 1.0).abs() <= slack;
         let rounded = [10.0, 1.0, 0.01].map(|unit| (fps / unit).round() * unit);
-        (frames, rounded.into_iter().find(possible).unwrap_or(fps))
+        let rate = rounded.into_iter().find(possible).unwrap_or(fps);
+        // a lost frame on a coarse clock makes the spacing longer
+        (self.frames(rate.recip()).or(frames), rate)
     }
 
     /// Returns the times as written or, if the clock is coarse and steady, without their rounding.
