@@ -173,7 +173,8 @@ impl Grid {
         let fps = self.mean_rate(frames.as_ref());
         let slack = (1.02 * self.resolution / self.length()).max(1e-6);
         let possible = |rate: &f64| (fps / rate - 1.0).abs() <= slack;
-        let rounded = [10.0, 1.0, 0.01].map(|unit| (fps / unit).round() * unit);
+        let units = [3, 2, 1, 0, -2].map(|digits| 10.0_f64.powi(digits));
+        let rounded = units.map(|unit| (fps / unit).round() * unit);
         let rate = rounded.into_iter().find(possible).unwrap_or(fps);
         // a lost frame on a coarse clock makes the spacing longer
         (self.frames(rate.recip()).or(frames), rate)
