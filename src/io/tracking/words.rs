@@ -13,14 +13,16 @@ pub(super) const TIMES: Words = Words(
     "t time timestamp seconds sec zeit temps tiempo tempo tijd czas aika elapsedtime positiont tid",
     "s sec ms us stamp seconds stampms stamps",
 );
-pub(super) const FRAMES: Words =
-    Words("frame frames bild einzelbild image img slice fotogramma fotograma cuadro beeld klatka", NUMBERS);
+pub(super) const FRAMES: Words = Words(
+    "frame frames bild einzelbild image img slice fotogramma fotograma cuadro beeld klatka bilde",
+    NUMBERS,
+);
 pub(super) const SHOTS: Words = Words(
-    "shot trial clip run take stoß stoss versuch tir essai coup tiro tacada prova stoot poging uderzenie",
+    "shot trial clip run take stoß stoss versuch tir essai coup tiro tacada prova stoot poging uderzenie støt skudd",
     NUMBERS,
 );
 pub(super) const BALLS: Words = Words(
-    "ball object disk disc puck track particle kugel bille boule balle bola palla biglia bal bila",
+    "ball object disk disc puck track particle kugel bille boule balle bola palla biglia bal bila kule",
     NUMBERS,
 );
 /// Names of columns of balls, if the rows confirm it.
