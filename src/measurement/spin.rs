@@ -15,7 +15,8 @@ pub enum Spin {
     Measured {
         /// The angular velocity, rad/s.
         spin: Vec3,
-        /// The standard deviation of each component, rad/s; exact without one.
+        /// The standard deviation of each component, rad/s. One without it is exact, or in a table
+        /// errs as the spins after the impact do if these have none, either.
         sd: [Option<f64>; 3],
     },
     /// The spin is unknown.
