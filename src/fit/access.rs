@@ -7,7 +7,7 @@ use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::written::written_by_name;
 use crate::name::worded;
-use crate::problem::{Finding, Id, Status};
+use crate::problem::{Id, Status};
 
 impl Fit {
     /// Returns the label that was fitted by itself, if `[fit] by` asks for it.
@@ -62,7 +62,7 @@ impl Fit {
 
     /// Returns whether the data contradict the model: no estimate has an error then.
     pub fn is_refuted(&self) -> bool {
-        self.solution.findings.iter().any(|finding| matches!(finding, Finding::Misfit { refutes: true, .. }))
+        self.solution.is_refuted()
     }
 
     /// Returns the standard error of a parameter as if the model held.

@@ -56,11 +56,8 @@ pub(super) struct Own<'a> {
     pub(crate) trends: Vec<Trend>,
 }
 
-/// Checks that a contact that is stated to be compliant is not fitted at a fidelity that takes it
-/// as rigid.
-///
-/// # Errors
-/// It is.
+/// Checks that no contact that is stated to be compliant is to be fitted at a fidelity that takes
+/// it as rigid; names that fidelity in the error.
 pub(super) fn check_fidelity(request: &Request) -> Result<(), FitError> {
     let is_compliant = request.dataset.settings.compliance == Compliance::Stated;
     let is_rigid = |fidelity: &Fidelity| is_compliant && !fidelity.effects().compliance;

@@ -84,9 +84,8 @@ impl OfRows<'_> {
         let is_informed = |e: &Estimate| solution.is_informed(Id::from(e.parameter));
         let is_silent = |e: &Estimate| e.status == Status::NotIdentified;
         let is_of_contact = |e: &Estimate| !e.parameter.is_of_balls();
-        let is_refuted = |finding: &Finding| matches!(finding, Finding::Misfit { refutes: true, .. });
         let has_regions = !solution.problem.is_robust()
-            && !solution.findings.iter().any(is_refuted)
+            && !solution.is_refuted()
             && self.rows.knows_noise()
             && common.request.dataset.shots.len() <= MANY_SHOTS;
         // also those at bounds, at which their regions end

@@ -327,6 +327,11 @@ impl Solution {
         self.findings.iter().any(is_of) || id == Id::MuS && self.get(id).is_some_and(is_prior)
     }
 
+    /// Returns whether the data contradict the model.
+    pub(crate) fn is_refuted(&self) -> bool {
+        self.findings.iter().any(|finding| matches!(finding, Finding::Misfit { refutes: true, .. }))
+    }
+
     /// Returns the worst severity of the findings.
     pub fn severity(&self) -> Severity {
         worst(&self.findings)

@@ -275,10 +275,10 @@ fn change(one: &RawTrack, other: &RawTrack) -> f64 {
 fn find_centres(discs: &[Vec<&RawTrack>; 2]) -> [Option<usize>; 2] {
     let candidates = discs.each_ref().map(|points| find_equidistant(points));
     let bends = |(points, candidate): (&Vec<&RawTrack>, &Option<usize>)| {
+        let candidate = candidate.filter(|_| points.len() == 3)?;
         let paths: Vec<Vec<Sample>> = points.iter().map(|point| path(point)).collect();
         let slices: Vec<&[Sample]> = paths.iter().map(Vec::as_slice).collect();
-        let circle = circle_centres(&slices).ok()?;
-        candidate.filter(|_| points.len() == 3).map(|point| [bend(&paths[point]), bend(&circle)])
+        Some([bend(&paths[candidate]), bend(&circle_centres(&slices).ok()?)])
     };
     let bends = discs.iter().zip(&candidates).filter_map(bends);
     let [points, circles] = bends.fold([0.0; 2], |sum, bend| [sum[0] + bend[0], sum[1] + bend[1]]);

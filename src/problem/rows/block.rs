@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::prediction::{Approach, Deviations, Residuals, error};
+use super::prediction::{Approach, Deviations, Residuals, input_error};
 use super::shot::{INPUTS, RowShot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
@@ -105,7 +105,7 @@ impl RowsBlock {
             *residual /= self.sd(row.noise, row.number.measured.sd);
         }
         let inputs = shot.noisy_inputs();
-        let inputs = inputs.map(|(place, noise)| error(own, place) / self.noises[noise].sd);
+        let inputs = inputs.map(|(place, noise)| input_error(own, place) / self.noises[noise].sd);
         residuals.rows.extend(inputs);
         Some(residuals)
     }

@@ -83,7 +83,7 @@ fn roll(ball: &Side) -> DualVector {
 }
 
 /// Returns the error of an input.
-pub(super) fn error(own: &Own, place: usize) -> Dual {
+pub(super) fn input_error(own: &Own, place: usize) -> Dual {
     constant(own[place]).derivative(place)
 }
 
@@ -140,7 +140,7 @@ impl RowShot {
         let input = |place: usize| {
             let input = &self.inputs[place];
             let exact = constant(input.measured.value);
-            if input.is_exact() { exact } else { exact + error(own, place) }
+            if input.is_exact() { exact } else { exact + input_error(own, place) }
         };
         let mut inputs: [Dual; INPUTS] = std::array::from_fn(input);
         if let Some(observable) = self.speed_after {

@@ -68,7 +68,7 @@ impl Input {
 pub(crate) struct RowShot {
     /// Whether it is of angles, in the collision frame.
     pub(super) is_cut: bool,
-    /// In the order of the own unknowns.
+    /// Numbers before the impact, in the order of the own unknowns.
     pub(super) inputs: [Input; INPUTS],
     /// Whether the speed before the impact is measured or follows from a speed afterwards.
     pub(crate) knows_speed: bool,
