@@ -116,7 +116,8 @@ fn likeliest_correlation(problem: &mut Problem, at: &Evaluation, sample: usize, 
     let square = sums.iter().map(|sum| sum.square).sum::<f64>();
     let residual_rho = lagged / square;
     let noises = problem.samples[sample].block.noises_mut();
-    let present = noises.iter().map(|noise| noise.rho).fold(residual_rho, f64::max);
+    let mean = noises.iter().map(|noise| noise.rho).sum::<f64>() / noises.len() as f64;
+    let present = mean.max(residual_rho);
     if !(present > MIN_RHO && dof > 0.0) {
         return None;
     }
