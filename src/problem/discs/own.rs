@@ -78,9 +78,9 @@ const RATES: [f64; 2] = [30.0, 1000.0];
 /// table, rubber bands and the give of rims. Stated masses are as uncertain.
 pub(super) const DISTANCE_SD: f64 = 0.01;
 
-/// Standard deviations of the deceleration at any speed, m/s²: g/100, as on ice or a poor air
-/// table; and of the deceleration over the speed, 1/s.
-const SLOWING_SD: f64 = 0.1;
+/// Standard deviations of the deceleration at any speed, m/s²: g/5, as of coins on wood, where air
+/// tables have g/1000 to g/100; and of the deceleration over the speed, 1/s.
+const SLOWING_SD: f64 = 2.0;
 const DRAG_SD: f64 = 1.0;
 
 /// Number of shots that determine a camera, or how a deceleration depends on speed, at least.
