@@ -224,7 +224,7 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
     let of =
         |key: usize| raw.tracks.iter().filter(move |track| track.role.is_some_and(|role| role[0] == key));
     let step = grid_step(&centres.each_ref()).unwrap_or(0.0);
-    repair::remove_repeated_frames(&mut centres, fps, step, job)?;
+    repair::remove_repeated_frames(&mut centres, step, job)?;
     let swapped = repair::undo_swaps(&mut centres, job);
     if let Some(line) = swapped.filter(|_| !raw.tracks.is_empty()) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \

@@ -1,6 +1,8 @@
 //! Faults between the camera and the file: lost balls, duplicate rows, rows out of order, repeated
 //! frames, exchanged names of balls. They are repaired if the repair is certain.
 
+use nalgebra::Vector4;
+
 use super::raw::{Job, RawShot, RawTrack, Row, Subject, UNLIKE, jump_speed, sorted, value_at};
 
 /// Ratio to the step of coarse coordinates below which a ball may move without being seen to.
@@ -131,7 +133,6 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Result<(), Wrong> {
 /// Turns frames into gaps that repeat the frame before while a ball moves beyond `resolution`.
 pub(super) fn remove_repeated_frames(
     balls: &mut [RawTrack; 2],
-    fps: f64,
     resolution: f64,
     job: Job,
 ) -> Result<(), Wrong> {
@@ -142,30 +143,54 @@ pub(super) fn remove_repeated_frames(
     if steps.iter().filter(|step| **step == 0.0).count() * 5 > steps.len() {
         return Ok(());
     }
-    for first in (1..steps.len()).filter(|k| steps[*k] == 0.0 && steps[k - 1] != 0.0) {
-        let Some(end) = (first..steps.len()).find(|k| steps[*k] != 0.0) else { break };
-        if steps[first - 1].min(steps[end]) < MAX_COARSE * resolution {
-            continue;
-        }
-        let speed = |k: usize| steps[k] / ((frames[k + 1][0].time - frames[k][0].time) * fps).max(1.0);
-        let [known, line] = [first, first + 1].map(|k| frames[k][0].line);
-        let both = format!(
-            "both balls are exactly where they were in line {known} while they move before and after"
+    let repeats = (1..steps.len()).filter(|k| steps[*k] == 0.0 && steps[k - 1] != 0.0);
+    let repeats = repeats.map_while(|first| Some([first, (first..steps.len()).find(|k| steps[*k] != 0.0)?]));
+    let is_moving = |[first, end]: &[usize; 2]| steps[first - 1].min(steps[*end]) >= MAX_COARSE * resolution;
+    let repeats: Vec<[usize; 2]> = repeats.filter(is_moving).collect();
+    let said = |first: usize| {
+        let known = frames[first][0].line;
+        format!("both balls are exactly where they were in line {known} while they move before and after")
+    };
+    // the steps after repeated frames hold their motion, too, unless frames were put in
+    let lateness = repeats.iter().map(|[first, end]| {
+        let [caught_up, late] = [*first, *end].map(|from| miss(&frames, [first - 1, from, *end]));
+        caught_up - late
+    });
+    if let Some([first, _]) = repeats.first().filter(|_| lateness.sum::<f64>() > 0.0) {
+        let message = format!(
+            "{}, and do not catch up: a frame was put in here, and all later times may be late. Expected the clip without it, with the \
+             frames after it renumbered; or skip the shot",
+            said(*first)
         );
-        // the step after a repeated frame holds its motion too
-        if (speed(end) / speed(first - 1)).round() < 2.0 {
-            let message = format!(
-                "{both}, and do not catch up: a frame was put in here, and all later times may be late. Expected the clip without it, \
-                 with the frames after it renumbered; or skip the shot"
-            );
-            return Err(Wrong { line, message, is_damage: true });
-        }
-        job.note(Subject::Repeated, line, format!("{both}: a repeated frame, taken as a gap"));
+        return Err(Wrong { line: frames[first + 1][0].line, message, is_damage: true });
+    }
+    for [first, end] in repeats {
+        let message = format!("{}: a repeated frame, taken as a gap", said(first));
+        job.note(Subject::Repeated, frames[first + 1][0].line, message);
         let [lost, last] = [first + 1, end].map(|k| frames[k][0].time);
         let rows = cue.rows.iter_mut().chain(&mut object.rows);
         rows.filter(|row| (lost..=last).contains(&row.time)).for_each(Row::lose);
     }
     Ok(())
+}
+
+/// Returns the square of the distance by which the step of both balls from frame `end` misses one
+/// that began in frame `from`, with the velocity of the step from frame `before`, that of the step
+/// after, or an impact between them.
+fn miss(frames: &[[Row; 2]], [before, from, end]: [usize; 3]) -> f64 {
+    let motion = |from: usize, to: usize| -> (Vector4<f64>, f64) {
+        let [one, other] = [&frames[from], &frames[to]];
+        let way = Vector4::from_fn(|k, _| other[k / 2].place[k % 2] - one[k / 2].place[k % 2]);
+        (way, other[0].time - one[0].time)
+    };
+    let after = (end + 1).min(frames.len() - 2);
+    let (way, _) = motion(end, end + 1);
+    let (_, time) = motion(from, end + 1);
+    let [early, late] =
+        [before, after].map(|k| motion(k, k + 1)).map(|(way, duration)| way * (time / duration));
+    let change = late - early;
+    let part = (way - early).dot(&change) / change.norm_squared().max(f64::MIN_POSITIVE);
+    (way - early - change * part.clamp(0.0, 1.0)).norm_squared()
 }
 
 /// Undoes identity swaps of a tracker; returns the line of the first one.
