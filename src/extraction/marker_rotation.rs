@@ -8,6 +8,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3};
 
+use crate::measurement::correction::Correction;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::numerics::dense::{Place, descend};
 use crate::numerics::{EXACT, SIGNIFICANT};
@@ -18,8 +19,10 @@ use crate::physics::ball::Vec3;
 pub(crate) struct Rotation {
     /// The angular velocity, rad/s.
     pub(crate) spin: Vec3,
-    /// Its standard errors, rad/s: from the noise of the markers and of the ball's centre.
-    pub(crate) sd: [f64; 3],
+    /// Its covariance, from the noise of the markers and of the ball's centre.
+    pub(crate) covariance: Matrix3<f64>,
+    /// Mean time of the frames that show it from the impact, s.
+    pub(crate) time: f64,
 }
 
 /// A marker in one frame.
@@ -60,10 +63,14 @@ fn rough(spots: &[Vec<Seen>]) -> Option<Vec3> {
     // least squares of d₂ − d₁ = (Δt/2) ω × (d₁ + d₂)
     let mut matrix = Matrix3::zeros();
     let mut right = Vec3::zeros();
-    for pair in spots.iter().flat_map(|spot| spot.windows(2)) {
+    let step = |pair: &[Seen]| pair[1].time - pair[0].time;
+    let pairs = || spots.iter().flat_map(|spot| spot.windows(2));
+    // a marker that was hidden may have turned by any angle
+    let shortest = pairs().map(step).fold(f64::INFINITY, f64::min);
+    for pair in pairs().filter(|pair| step(pair) < 1.5 * shortest) {
         let [Some(first), Some(second)] = [pair[0].lifted(), pair[1].lifted()] else { continue };
         // ω × s = −[s]× ω
-        let by_spin = -0.5 * (pair[1].time - pair[0].time) * (first + second).cross_matrix();
+        let by_spin = -0.5 * step(pair) * (first + second).cross_matrix();
         matrix += by_spin.transpose() * by_spin;
         right += by_spin.transpose() * (second - first);
     }
@@ -74,9 +81,10 @@ fn rough(spots: &[Vec<Seen>]) -> Option<Vec3> {
     (sizes.min() > EXACT * sizes.max()).then(|| Some(matrix.try_inverse()? * right))?
 }
 
-/// Number of unknowns that all markers of a ball share: its angular velocity at the impact, and the
-/// time derivatives of ω_x and ω_y. The place of each marker follows.
-const SHARED: usize = 5;
+/// Number of unknowns that all markers of a ball share: its angular velocity at the impact, the
+/// time derivatives of ω_x and ω_y, and how much larger it seems than its radius makes it, which is
+/// as uncertain as a scale. The place of each marker follows.
+const SHARED: usize = 6;
 
 /// Fits the angular velocity at the impact, and its constant change with time about horizontal
 /// axes. `stated`: the standard deviations are known, not to be estimated.
@@ -110,9 +118,11 @@ fn measure(spots: &[Vec<Seen>], stated: bool) -> Option<Rotation> {
         let limit = (SIGNIFICANT * scale.sqrt()).max(0.5 * residuals.amax());
         if residuals.amax() <= limit {
             let inverse = matrix.cholesky()?.inverse();
-            let sd = [0, 1, 2].map(|axis| (scale * inverse[(axis, axis)]).sqrt());
+            let covariance = inverse.fixed_view::<3, 3>(0, 0) * scale;
             let spin = Vec3::new(x[0], x[1], x[2]);
-            return sd.iter().all(|sd| sd.is_finite()).then_some(Rotation { spin, sd });
+            let times: Vec<f64> = markers.iter().flat_map(|m| &m.seen).map(|seen| seen.time).collect();
+            let time = times.iter().sum::<f64>() / times.len() as f64;
+            return covariance.iter().all(|c| c.is_finite()).then_some(Rotation { spin, covariance, time });
         }
         let mut is_wrong = residuals.as_slice().chunks(2).map(|xy| xy.iter().any(|r| r.abs() > limit));
         for marker in &mut markers {
@@ -123,12 +133,13 @@ fn measure(spots: &[Vec<Seen>], stated: bool) -> Option<Rotation> {
     None
 }
 
-/// Returns predicted less seen places in standard deviations.
+/// Returns predicted less seen places in standard deviations, and that of the size.
 fn residuals_of(markers: &[Placed], x: &DVector<f64>) -> DVector<f64> {
     let moved = |(i, marker): (usize, &Placed)| {
         marker.residuals(x, [SHARED, SHARED + 1].map(|place| x[place + 2 * i]))
     };
-    DVector::from_vec(markers.iter().enumerate().flat_map(moved).collect())
+    let size = x[SHARED - 1] / Correction::Scale.usual();
+    DVector::from_vec(markers.iter().enumerate().flat_map(moved).chain([size]).collect())
 }
 
 /// A marker in the fit: its frames in the order of their distance from the impact.
@@ -158,7 +169,7 @@ impl Placed {
         let spot = |Seen { time, at, sd }: &Seen| {
             place = Rotation3::new((spin + change * (0.5 * (now + time))) * (time - now)) * place;
             now = *time;
-            [0, 1].map(|axis| (place[axis] - at[axis]) / sd)
+            [0, 1].map(|axis| ((1.0 + shared[SHARED - 1]) * place[axis] - at[axis]) / sd)
         };
         self.seen.iter().flat_map(spot).collect()
     }
@@ -233,7 +244,7 @@ mod tests {
             let rotation = measure(&spots, true).unwrap();
             // steps of a frame, midpoint rule: (slowing × spin) Δt² / 12 per second
             assert!((rotation.spin - SPIN).norm() < 1e-3, "{}", rotation.spin);
-            assert!(rotation.sd.iter().all(|sd| (1e-6..10.0).contains(&(sd * sd))));
+            assert!(rotation.covariance.diagonal().iter().all(|c| (1e-6..10.0).contains(c)));
         }
     }
 

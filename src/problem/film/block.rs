@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::SVector;
+use nalgebra::{DVector, SVector};
 use rayon::prelude::*;
 
 use super::camera::{Camera, Point};
@@ -10,7 +10,7 @@ use super::dual::{INPUTS, gradient};
 use super::impact::{Contact, Correction};
 use super::motion::{COEFFICIENTS, Piece, Struck, cue_before, own_inputs};
 use super::own::{self, OWN};
-use super::spins::{OFF_CORNER, ShotSpin, States};
+use super::spins::{OFF_CORNER, ShotSpin, States, VIEW};
 use crate::physics::collision::NotACollision;
 use crate::problem::frames::{Columns, Frame, Sight, add_track, rows, whiten};
 use crate::problem::loss::ShotLoss;
@@ -49,6 +49,8 @@ pub(crate) struct SideSpin {
     pub(crate) spin: f64,
     /// Its standard error, rad/s.
     pub(crate) sd: f64,
+    /// What is added to it per unit of each of [`VIEW`].
+    pub(crate) by_view: [f64; VIEW.len()],
 }
 
 impl FilmedShot {
@@ -101,7 +103,7 @@ impl FilmBlock {
         let mut total = Contribution::empty(OWN, PHYSICS + CAMERA, 2);
         total.sticks = struck.sticks;
         for spin in &shot.side_spins {
-            spin.add_to(&mut total, &struck, object.radius);
+            spin.add_to(&mut total, &struck, object.radius, shared);
         }
         let pieces = struck.paths(shared, shot.spin.rolls, &object, shot.lasts(own, shared));
         let inputs: [usize; INPUTS] = std::array::from_fn(|i| i);
@@ -251,10 +253,16 @@ fn distance(sums: &Contribution) -> Option<f64> {
 
 impl SideSpin {
     /// Adds what markers show of a side spin after the impact.
-    fn add_to(&self, total: &mut Contribution, struck: &Struck, radius: f64) {
+    fn add_to(&self, total: &mut Contribution, struck: &Struck, radius: f64, shared: &Shared) {
         let predicted = struck.after[self.ball].spin[2] / radius;
-        let by = gradient(&predicted) / self.sd;
-        total.add_number((predicted.re - self.spin) / self.sd, by.as_slice());
+        let mut by = DVector::zeros(total.products.ncols() - 1);
+        by.rows_mut(0, INPUTS).copy_from(&gradient(&predicted));
+        let mut off = predicted.re - self.spin;
+        for (id, factor) in VIEW.into_iter().zip(self.by_view) {
+            off -= factor * shared[id];
+            by[OWN + id as usize] = -factor;
+        }
+        total.add_number(off / self.sd, (by / self.sd).as_slice());
     }
 }
 

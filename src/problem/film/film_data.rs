@@ -9,7 +9,7 @@ use super::block::{FilmBlock, FilmedShot, SideSpin};
 use super::camera::Point;
 use super::impact::{Contact, Correction};
 use super::priors::list_unknowns;
-use super::spins::{ShotSpin, first_spreads};
+use super::spins::{ShotSpin, by_view, first_spreads};
 use crate::extraction::{
     FirstGuess, Rotation, Unusable, from_paths, leave_out_after_cushion, leave_out_before_cushion,
     noise_correlation, rotations,
@@ -18,7 +18,6 @@ use crate::film::{drops, frame_noise};
 use crate::measurement::dataset::{Dataset, Measured, Tracks};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Settings;
-use crate::measurement::spin::Spin;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::median;
 use crate::physics::collision::{Fidelity, Model};
@@ -186,7 +185,7 @@ impl Guessed {
         let FirstGuess { time, object, direction, before, .. } = self.guess;
         let place = (Point::from(object) - middle) * unit;
         let [along, across] = before.map(|speed| speed * unit);
-        Own::from_vec(vec![time, place.x, place.y, direction, along, across, 0.0, 0.0])
+        Own::from_vec(vec![time, place.x, place.y, direction, along, across, 0.0, 0.0, 0.0])
     }
 
     /// Returns the shot in metres from the middle, with the spin that is stated, or that markers on
@@ -199,9 +198,11 @@ impl Guessed {
             [reading.frames(track, &track.cue, of_cue), reading.frames(track, &track.object, of_object)];
         let noise = track.position_sd.unwrap_or_else(|| frame_noise::noise(track));
         let [before, after @ ..] = rotations(track, guess.time, radius / unit, noise);
-        let measured = |Rotation { spin, sd, .. }: Rotation| Spin::Measured { spin, sd: sd.map(Some) };
+        let place = (Point::from(guess.object) - middle) * unit;
         let side_spin = |(ball, rotation): (usize, Option<Rotation>)| {
-            rotation.map(|rotation| SideSpin { ball, spin: rotation.spin.z, sd: rotation.sd[2] })
+            let Rotation { spin, covariance, .. } = rotation?;
+            let by_view = by_view(&spin, place, Point::zeros()).map(|by| by.z);
+            Some(SideSpin { ball, spin: spin.z, sd: covariance[(2, 2)].sqrt(), by_view })
         };
         let (sin, cos) = guess.direction.sin_cos();
         let [along, across] = guess.before.map(|speed| speed * unit);
@@ -210,7 +211,10 @@ impl Guessed {
             tracks: Arc::new(tracks),
             fps: track.fps,
             side_spins: after.into_iter().enumerate().filter_map(side_spin).collect(),
-            spin: ShotSpin::stated(before.map_or(track.spin, measured), velocity, radius),
+            spin: match before {
+                Some(rotation) => ShotSpin::seen(&rotation, velocity, radius, place),
+                None => ShotSpin::stated(track.spin, velocity, radius),
+            },
             correction: Correction::zeros(),
         }
     }

@@ -137,7 +137,8 @@ pub(super) fn cue_before(spin: &ShotSpin, shared: &Shared, inputs: &[Dual; OWN],
     let topspin = rolling.map_or(constant(0.0), |id| shared.dual(id)) + inputs[own::TOPSPIN];
     let velocity = DualVector::new(along, across);
     let side = inputs[own::SIDE] * norm(&velocity);
-    let mut turning = [-across * topspin, along * topspin, side];
+    let swerve = inputs[own::SWERVE];
+    let mut turning = [along * swerve - across * topspin, across * swerve + along * topspin, side];
     if let Some(measured) = spin.measured {
         // from the table to the collision frame
         let (sin, cos) = inputs[own::DIRECTION].sin_cos();

@@ -1,7 +1,7 @@
 //! Places of the own unknowns of a shot of balls. Velocities are in its collision frame, m/s.
 
 /// Number of unknowns that each shot has of its own.
-pub(crate) const OWN: usize = 8;
+pub(crate) const OWN: usize = 9;
 
 /// Instant of the impact, s.
 pub(crate) const TIME: usize = 0;
@@ -19,3 +19,5 @@ pub(crate) const ACROSS: usize = 5;
 pub(crate) const TOPSPIN: usize = 6;
 /// Side spin Rω_z/U.
 pub(crate) const SIDE: usize = 7;
+/// Spin about the direction of travel, Rω/U, less the measured one; 0 and held unless it is measured.
+pub(crate) const SWERVE: usize = 8;

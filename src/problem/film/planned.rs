@@ -10,7 +10,7 @@ use super::camera::Point;
 use super::impact::{Contact, Correction};
 use super::own;
 use super::priors::list_unknowns;
-use super::spins::{OFF_CORNER, SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD, first_spreads};
+use super::spins::{OFF_CORNER, SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD, VIEW, first_spreads};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Model, NotACollision};
@@ -123,7 +123,7 @@ impl PlannedShot {
             stated => ShotSpin::stated(stated, velocity, radius),
         };
         let [x, y] = self.place;
-        let mut own = Own::from_vec(vec![self.instant, x, y, self.direction, along, across, 0.0, 0.0]);
+        let mut own = Own::from_vec(vec![self.instant, x, y, self.direction, along, across, 0.0, 0.0, 0.0]);
         if !spin.rolls && spin.measured.is_none() {
             own[own::TOPSPIN] = topspin;
         }
@@ -145,7 +145,12 @@ impl PlannedShot {
         shot.tracks = Arc::new([0, 1].map(track));
         let after = self.after_sd.into_iter().flatten().enumerate();
         shot.side_spins = after
-            .map(|(ball, sd)| SideSpin { ball, spin: struck.after[ball].spin[2].re / radius, sd })
+            .map(|(ball, sd)| SideSpin {
+                ball,
+                spin: struck.after[ball].spin[2].re / radius,
+                sd,
+                by_view: [0.0; VIEW.len()],
+            })
             .collect();
         Ok((shot, own))
     }

@@ -6,10 +6,11 @@
 //! A shot whose state is not stated is in the likeliest of several, each with bounds of its own,
 //! within which χ² is smooth.
 
-use nalgebra::DVector;
+use nalgebra::{DVector, Matrix3};
 
 use super::camera::Point;
 use super::own::{self, OWN};
+use crate::extraction::Rotation;
 use crate::measurement::spin::Spin;
 use crate::numerics::{EXACT, SIGNIFICANT};
 use crate::physics::ball::Vec3;
@@ -44,6 +45,25 @@ pub(super) fn first_spreads(side_sd: f64) -> [Spread; 2] {
     [topspin, if side_sd > 0.0 { side_sd } else { side }].map(|first| Spread::first(first, LEAST_SPREAD))
 }
 
+/// Unknowns of the direction from which a camera sees a ball.
+pub(super) const VIEW: [Id; 3] = [Id::ParallaxX, Id::ParallaxY, Id::Nearness];
+
+/// Returns what is added to the angular velocity that the markers of a ball at this place and with
+/// this velocity seem to have, per unit of each of [`VIEW`]: a point h above the ball's centre is
+/// seen displaced by h a, as if the ball were turned by ρ = (−a_y, a_x, 0), so that to first order
+/// ω = ω_seen − ρ × ω_seen − dρ/dt.
+pub(super) fn by_view(spin: &Vec3, place: Point, velocity: Point) -> [Vec3; VIEW.len()] {
+    let [x, y] = [Vec3::y(), -Vec3::x()].map(|rho| spin.cross(&rho));
+    let turning = Vec3::new(-velocity.y, velocity.x, 0.0);
+    [x, y, x * place.x + y * place.y - turning]
+}
+
+/// Returns the axes of topspin, side spin and spin about the direction of travel.
+fn axes(velocity: Point) -> [Vec3; 3] {
+    let [x, y] = (velocity / velocity.norm()).into();
+    [Vec3::new(-y, x, 0.0), Vec3::z(), Vec3::new(x, y, 0.0)]
+}
+
 /// A number next to a corner of the outcome: topspin or draw between both, and b of the friction.
 pub(super) const OFF_CORNER: f64 = 1e-10;
 
@@ -58,6 +78,10 @@ pub(crate) struct ShotSpin {
     pub(crate) measured: Option<Vec3>,
     pub(crate) topspin: OwnPrior,
     side: OwnPrior,
+    swerve: OwnPrior,
+    /// Of topspin, side spin and spin about the direction of travel: what is added to the measured
+    /// one per unit of each of [`VIEW`].
+    by_view: [[f64; VIEW.len()]; 3],
     /// Bounds of the topspin, over natural roll.
     pub(crate) bounds: [f64; 2],
     /// States that the shot may be in.
@@ -85,6 +109,8 @@ impl ShotSpin {
         measured: None,
         topspin: OwnPrior::Held,
         side: OwnPrior::Spread(SIDE_SPREAD),
+        swerve: OwnPrior::Held,
+        by_view: [[0.0; VIEW.len()]; 3],
         bounds: UNBOUNDED,
         states: States::One,
     };
@@ -112,32 +138,49 @@ impl ShotSpin {
         match spin {
             Spin::Stun => Self { bounds: [-MAX_STUN, MAX_STUN], ..Self::SLIDES },
             Spin::NaturalRoll => Self::ROLLS,
-            Spin::Measured { spin, sd } => Self::measured(spin, sd, velocity, radius),
+            Spin::Measured { spin, sd } => {
+                let variances = sd.map(|sd| sd.unwrap_or(0.0).powi(2));
+                let covariance = Matrix3::from_diagonal(&variances.into());
+                Self::measured(&Rotation { spin, covariance, time: 0.0 }, velocity, radius)
+            }
             Spin::Unknown => Self::UNKNOWN,
         }
     }
 
-    fn measured(spin: Vec3, sd: [Option<f64>; 3], velocity: Point, radius: f64) -> Self {
+    fn measured(rotation: &Rotation, velocity: Point, radius: f64) -> Self {
+        let Rotation { spin, covariance, .. } = rotation;
         let speed = velocity.norm();
         let slip = Point::new(velocity.x - radius * spin.y, velocity.y + radius * spin.x).norm();
-        let error = sd.into_iter().take(2).flatten().fold(0.0, f64::max) * radius;
+        let error = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt() * radius;
         let is_open = error > 0.0 && slip < ROLL_SD * speed + SIGNIFICANT * error;
-        let prior = |sd: Option<f64>| match sd {
-            Some(sd) if sd > 0.0 && speed > 0.0 => {
-                OwnPrior::Stated(Normal { mean: 0.0, sd: sd * radius / speed })
+        let prior = |axis: Vec3| {
+            let sd = axis.dot(&(covariance * axis)).sqrt() * radius / speed;
+            if sd > 0.0 && sd.is_finite() {
+                OwnPrior::Stated(Normal { mean: 0.0, sd })
+            } else {
+                OwnPrior::Held
             }
-            _ => OwnPrior::Held,
         };
-        let horizontal = sd[0].zip(sd[1]).map(|(x, y)| (0.5 * (x * x + y * y)).sqrt());
+        let [topspin, side, swerve] = axes(velocity).map(prior);
         Self {
             rolls: slip < ROLL_SD * speed,
             mean: None,
-            measured: Some(spin),
-            topspin: prior(horizontal),
-            side: prior(sd[2]),
-            bounds: UNBOUNDED,
+            measured: Some(*spin),
+            topspin,
+            side,
+            swerve,
             states: if is_open { States::Measured } else { States::One },
+            ..Self::ROLLS
         }
+    }
+
+    /// Returns the spin of a shot whose cue ball has this velocity on the table, m/s, and whose
+    /// markers turn as a camera sees them at a place of the film, m.
+    pub(super) fn seen(rotation: &Rotation, velocity: Point, radius: f64, place: Point) -> Self {
+        let place = place + velocity * rotation.time;
+        let by_view = by_view(&rotation.spin, place, velocity).map(|by| by * (radius / velocity.norm()));
+        let along = |axis: Vec3| by_view.map(|by| axis.dot(&by));
+        Self { by_view: axes(velocity).map(along), ..Self::measured(rotation, velocity, radius) }
     }
 
     /// Returns the states that the shot may be in.
@@ -192,9 +235,10 @@ impl ShotSpin {
         self.has_corner() && own[own::TOPSPIN].abs() < EXACT
     }
 
-    /// Returns what is known of topspin and side spin, each with its place.
-    pub fn priors(&self) -> [(usize, OwnPrior); 2] {
-        [(own::TOPSPIN, self.topspin), (own::SIDE, self.side)]
+    /// Returns what is known of topspin, side spin and spin about the direction of travel, each
+    /// with its place.
+    pub fn priors(&self) -> [(usize, OwnPrior); 3] {
+        [(own::TOPSPIN, self.topspin), (own::SIDE, self.side), (own::SWERVE, self.swerve)]
     }
 
     /// Adds what is known to a shot's sums, and marks own unknowns that are held: for good, or at a
@@ -206,16 +250,26 @@ impl ShotSpin {
         spreads: &[Spread; 2],
         sums: &mut Contribution,
     ) {
-        sums.add_prior((own::SIDE, self.side), values[own::SIDE], spreads);
-        let (place, value) = (own::TOPSPIN, values[own::TOPSPIN]);
-        match (self.topspin, self.mean) {
-            (OwnPrior::Spread(spread), Some(mean)) => {
-                let mut by = DVector::zeros(sums.products.ncols() - 1);
-                (by[place], by[OWN + mean as usize]) = (1.0, -1.0);
-                sums.add_scattered(Scattered { spread, place, value: value - shared[mean], by }, spreads);
+        for ((place, prior), by_view) in self.priors().into_iter().zip(&self.by_view) {
+            let mut by = DVector::zeros(sums.products.ncols() - 1);
+            let mut value = values[place];
+            by[place] = 1.0;
+            match (prior, self.mean) {
+                (OwnPrior::Spread(spread), Some(mean)) if place == own::TOPSPIN => {
+                    by[OWN + mean as usize] = -1.0;
+                    sums.add_scattered(Scattered { spread, place, value: value - shared[mean], by }, spreads);
+                }
+                (OwnPrior::Stated(normal), _) => {
+                    for (id, factor) in VIEW.into_iter().zip(by_view) {
+                        value -= factor * shared[id];
+                        by[OWN + id as usize] = -factor;
+                    }
+                    sums.add_number(normal.pull(value), (by / normal.sd).as_slice());
+                }
+                (prior, _) => sums.add_prior((place, prior), value, spreads),
             }
-            (prior, _) => sums.add_prior((place, prior), value, spreads),
         }
+        let (place, value) = (own::TOPSPIN, values[own::TOPSPIN]);
         let slope = sums.slope(place);
         let is_at = |bound: f64| (value - bound).abs() < EXACT;
         let presses = is_at(self.bounds[0]) && slope > 0.0 || is_at(self.bounds[1]) && slope < 0.0;
