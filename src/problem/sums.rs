@@ -201,6 +201,11 @@ impl Contribution {
         column < self.shared() && self.products[(place, place)] > 0.0
     }
 
+    /// Returns the number of own unknowns that are not held.
+    pub(crate) fn count_free(&self) -> usize {
+        self.held.iter().filter(|held| !**held).count()
+    }
+
     /// Adds what is known of the own unknown at `place`.
     pub(crate) fn add_prior(&mut self, (place, prior): (usize, OwnPrior), value: f64, spreads: &[Spread]) {
         let mut by = DVector::zeros(self.products.ncols() - 1);

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::block::{FilmBlock, FilmedShot};
 use super::camera::Point;
-use super::own::{self, OWN};
+use super::own;
 use super::shots::FittedFrame;
 use crate::measurement::track::TrackedBall;
 use crate::numerics::{SIGNIFICANT, median};
@@ -89,7 +89,7 @@ pub(crate) fn squares(shots: &[Contribution]) -> Vec<Squares> {
     let add_up = |shot: &Contribution| {
         let count: f64 = shot.noises.iter().map(|noise| noise.count).sum();
         let sum = shot.noises.iter().map(|noise| noise.weighted).sum();
-        Squares { sum, count: (count - OWN as f64).max(1.0) }
+        Squares { sum, count: (count - shot.count_free() as f64).max(1.0) }
     };
     shots.iter().map(add_up).collect()
 }

@@ -282,7 +282,7 @@ impl Solution {
             shared_part: parts.iter().sum::<f64>() / parts.len() as f64,
             time,
             position_sd: film.noise[1].sd * typical_sd(&used[1]),
-            reduced_chi2: weighted / (count - (OWN + 4) as f64).max(1.0),
+            reduced_chi2: weighted / (count - (sums.count_free() + Id::OFFSETS.len()) as f64).max(1.0),
             outliers: shot.tracks.iter().flatten().filter(|frame| frame.is_left_out()).count(),
             seen: used.map(|used| used.iter().map(|frame| (frame.time, frame.seen.into())).collect()),
             paths: film.paths(shot, &own, &shared)?,
