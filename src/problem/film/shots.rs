@@ -249,10 +249,11 @@ impl Solution {
         let measured = |row: usize| Measured::new(value(row), sd(row));
         let (sin, cos) = value(0).sin_cos();
         let normal = [Measured::new(cos, sd(0) * sin.abs()), Measured::new(sin, sd(0) * cos.abs())];
+        // what is stated may be refuted
+        let is_open = shot.spin.is_unknown();
         let stated = match track.spin {
-            Spin::Stun => Spin::Stun,
-            Spin::NaturalRoll => Spin::NaturalRoll,
-            Spin::Unknown if shot.spin.rolls => Spin::NaturalRoll,
+            spin @ (Spin::Stun | Spin::NaturalRoll) if !is_open => spin,
+            _ if is_open && shot.spin.rolls => Spin::NaturalRoll,
             _ => Spin::Measured {
                 spin: Vec3::new(value(3), value(4), value(5)),
                 sd: [3, 4, 5].map(|row| Some(sd(row)).filter(|sd| *sd > 0.0)),
