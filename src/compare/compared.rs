@@ -14,7 +14,7 @@ use super::{CompareError, refuse};
 use crate::fit::deviations::{holm, residuals};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
-use crate::problem::{self, Estimates, Evaluation, Id, Mode, Policy, Problem, refutes};
+use crate::problem::{self, Block, Estimates, Evaluation, Id, Mode, Policy, Problem, refutes};
 
 impl Joint<'_> {
     /// Returns what the fit says.
@@ -83,7 +83,10 @@ impl Joint<'_> {
         let unknown = &self.solution.problem.unknowns[column];
         let is_adopted = unknown.mode == Mode::Free || id == Id::Kappa && unknown.start != 0.0;
         let settings = &self.samples.fitted[sample].settings;
-        is_adopted || matches!(quantity, Quantity::Parameter(own) if settings.has(own))
+        // discs do not press on a cloth
+        let is_open =
+            id != Id::MuS || !matches!(self.solution.problem.samples[sample].block, Block::Discs(_));
+        is_adopted || is_open && matches!(quantity, Quantity::Parameter(own) if settings.has(own))
     }
 
     /// Returns the indices of the samples of a label.
