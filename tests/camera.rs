@@ -82,7 +82,7 @@ fn from_near(shots: Vec<(TrackShot, TrueImpact)>, [foot_x, foot_y, height]: [f64
     shots.into_iter().map(seen).collect()
 }
 
-/// Balls that hop are seen displaced: without that, mu of such films is several errors off.
+/// Balls that hop are seen displaced: a camera that is stated as far above is not believed.
 #[test]
 fn the_height_of_the_camera_is_found_from_balls_that_hop() {
     let (reference, found) = fitted(dataset(clean(7105)));
@@ -101,8 +101,7 @@ fn the_height_of_the_camera_is_found_from_balls_that_hop() {
         stated[which as usize] = Some(Measured { value: 0.0, sd: None });
     }
     let (fit, _) = fitted(far);
-    let off = (fit.estimates()[2].value - TRUTH[2]) / fit.estimates()[2].std_error.unwrap();
-    assert!(off.abs() > 3.0, "{:?}", fit.estimates());
+    assert_eq!(fit.verdict().grade, Grade::Doubtful, "{:?}", fit.estimates());
 }
 
 pub(crate) fn fitted(dataset: Dataset) -> (Fit, FoundCamera) {

@@ -136,6 +136,7 @@ impl Tests {
     pub(crate) fn of_rise(&self, rise: f64, extra: usize) -> f64 {
         let extra = extra as f64;
         match self.dof {
+            _ if rise.is_nan() => f64::NAN,
             Some(dof) => FisherSnedecor::new(extra, dof).map_or(f64::NAN, |f| f.sf(rise / extra)),
             None => ChiSquared::new(extra).map_or(f64::NAN, |d| d.sf(rise)),
         }

@@ -98,9 +98,9 @@ impl Fit {
     pub(super) fn doubts(&self) -> Vec<Remark> {
         let mut all = Remarks::default();
         let findings = self.solution.findings.iter().filter(|finding| finding.severity() > Note);
-        // conflicts with what is stated may come from wrong footage
+        // causes and conflicts with what is stated may come from wrong footage
         let (conflicts, others): (Vec<&Finding>, Vec<&Finding>) =
-            findings.partition(|finding| matches!(finding, Finding::Conflict { .. }));
+            findings.partition(|finding| matches!(finding, Finding::Conflict { .. } | Finding::Cause { .. }));
         let remark = |finding| film_words::remark(finding, self.frames.as_ref());
         all.0.extend(others.into_iter().filter_map(remark));
         self.doubt_footage(&mut all);

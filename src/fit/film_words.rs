@@ -149,6 +149,7 @@ fn cause_of(id: Id) -> Option<&'static str> {
         Id::MassRatio => "mass-ratio",
         Id::Kappa => "compliance",
         Id::FallB | Id::FallC => "falling-friction",
+        Id::ESlope => "falling-restitution",
         Id::TiltX | Id::TiltY => "tilt",
         _ => return None,
     })

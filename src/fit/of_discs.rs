@@ -142,7 +142,7 @@ fn chance(slope: &Slope, scores: &[Option<ShiftScore>]) -> Option<f64> {
     let mean = along.iter().sum::<f64>() / along.len() as f64;
     let square = along.iter().map(|along| (along - mean).powi(2)).sum::<f64>();
     let dof = along.len() as f64 - 2.0;
-    let about_line = ((square - slope.t.powi(2)) / dof).sqrt();
+    let about_line = ((square - slope.t.powi(2)).max(f64::MIN_POSITIVE) / dof).sqrt();
     Some(2.0 * StudentsT::new(0.0, 1.0, dof).ok()?.sf(slope.t.abs() / about_line))
 }
 

@@ -36,8 +36,10 @@ pub(super) fn judge(shots: &[Squares], (unknowns, least): (f64, f64), policy: &P
     let dof = count - unknowns;
     let variance = (sum / dof).max(least);
     let is_outlying = |shot: &Squares| {
-        let ratio = (shot.sum / shot.count / variance).min(f64::MAX);
-        FisherSnedecor::new(shot.count, dof).is_ok_and(|f| f.sf(ratio) < policy.shot_tail)
+        let ratio = shot.sum / shot.count / variance;
+        // of larger ones F has no probability, nor of none
+        let is_number = ratio < f64::MAX.sqrt();
+        FisherSnedecor::new(shot.count, dof).is_ok_and(|f| !is_number || f.sf(ratio) < policy.shot_tail)
     };
     let keep = shots.iter().zip(candidates).map(|(shot, is_candidate)| !(is_candidate && is_outlying(shot)));
     policy.keep_most(keep.collect())

@@ -16,6 +16,7 @@ mod time;
 mod words;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
@@ -33,6 +34,7 @@ use super::toml_file::Source;
 use crate::measurement::dataset::Tracks;
 use crate::measurement::fault::{FINITE, POSITIVE};
 use crate::measurement::spin::Spin;
+use crate::measurement::track::TrackShot;
 
 pub(crate) use survey::Survey;
 
@@ -141,10 +143,19 @@ fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, notes: &Notes, tracks: &m
     };
     let done: Vec<_> = work.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).map(finish).collect();
     let mut faults = Vec::new();
+    let mut firsts: HashMap<u64, String> = HashMap::new();
     for (name, file, shot, own_notes) in done {
         notes.append(own_notes);
         match shot {
-            Ok(shot) => tracks.shots.push(shot),
+            Ok(shot) => {
+                let first = firsts.entry(hash_places(&shot)).or_insert_with(|| name.clone());
+                if *first != name {
+                    let message =
+                        format!("all positions are those of shot {first}: a copy makes errors too small");
+                    notes.add(&file, Subject::Repeated, Some(shot.line), message);
+                }
+                tracks.shots.push(shot);
+            }
             Err(wrong) => faults.extend(wrong.into_iter().map(|wrong| (name.clone(), file.clone(), wrong))),
         }
     }
@@ -155,6 +166,15 @@ fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, notes: &Notes, tracks: &m
             table.problems.add(&file, line, None, message);
         }
     }
+}
+
+/// Returns a number that shots of the same positions share.
+fn hash_places(shot: &TrackShot) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    for sample in shot.cue.iter().chain(&shot.object) {
+        [sample.x, sample.y].map(f64::to_bits).hash(&mut hasher);
+    }
+    hasher.finish()
 }
 
 /// Columns of the table of shots with a meaning; all others are labels.

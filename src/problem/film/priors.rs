@@ -77,7 +77,8 @@ pub(in crate::problem) fn list_contact(all: &mut [Unknown], settings: &Settings)
         all[Id::Kappa as usize].start = 0.0;
     }
     if !settings.e_falls {
-        all[Id::ESlope as usize].start = 0.0;
+        let slope = &mut all[Id::ESlope as usize];
+        (slope.start, slope.mode) = (0.0, Mode::Tested);
     }
 }
 

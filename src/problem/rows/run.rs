@@ -166,7 +166,7 @@ fn finish(
 }
 
 /// Returns the refit with what explains residuals that the stated errors do not: another ratio of
-/// the masses, or a friction that decreases with the slip.
+/// the masses, or a friction or restitution that decreases with speed.
 fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     let mut wider = table.problem.clone();
     let rows = wider.rows()?;
@@ -178,7 +178,7 @@ fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
         return None;
     }
     let knows_speed = rows.shots.iter().all(|shot| shot.knows_speed);
-    for (id, is_told) in [(Id::MassRatio, true), (Id::FallB, knows_speed)] {
+    for (id, is_told) in [(Id::MassRatio, true), (Id::FallB, knows_speed), (Id::ESlope, knows_speed)] {
         let unknown = wider.unknown_mut(id);
         if unknown.mode == Mode::Fixed && is_told {
             unknown.mode = Mode::Tested;

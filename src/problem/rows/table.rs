@@ -58,8 +58,9 @@ impl Table {
         let settings = dataset.settings_of_balls();
         let mut unknowns = Unknown::list();
         list_contact(&mut unknowns, &settings);
-        if !settings.falls {
-            unknowns[Id::FallB as usize].mode = Mode::Fixed;
+        // tested where errors are stated
+        for unknown in unknowns.iter_mut().filter(|unknown| unknown.mode == Mode::Tested) {
+            unknown.mode = Mode::Fixed;
         }
         // what an integrated fidelity differs by is an offset of each shot
         let contact = Contact::new(&dataset.model(choices.fidelity.unwrap_or(Fidelity::Full)), &unknowns);
