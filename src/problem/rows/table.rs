@@ -58,7 +58,6 @@ impl Table {
         let settings = dataset.settings_of_balls();
         let mut unknowns = Unknown::list();
         list_contact(&mut unknowns, &settings);
-        // tested where errors are stated
         for unknown in unknowns.iter_mut().filter(|unknown| unknown.mode == Mode::Tested) {
             unknown.mode = Mode::Fixed;
         }
