@@ -37,10 +37,23 @@ pub(super) fn judge(shots: &[Squares], (unknowns, least): (f64, f64), policy: &P
     let variance = (sum / dof).max(least);
     let is_outlying = |shot: &Squares| {
         let ratio = shot.sum / shot.count / variance;
-        // of larger ones F has no probability, nor of none
+        // the distribution fails for larger numbers and for NaN
         let is_number = ratio < f64::MAX.sqrt();
         FisherSnedecor::new(shot.count, dof).is_ok_and(|f| !is_number || f.sf(ratio) < policy.shot_tail)
     };
     let keep = shots.iter().zip(candidates).map(|(shot, is_candidate)| !(is_candidate && is_outlying(shot)));
     policy.keep_most(keep.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Policy, Squares, judge};
+
+    #[test]
+    fn a_shot_at_an_infinite_distance_is_left_out() {
+        let mut shots = vec![Squares { sum: 4.0, count: 4.0 }; 7];
+        shots[3].sum = f64::INFINITY;
+        let keep = judge(&shots, (0.0, 1.0), &Policy::default());
+        assert_eq!(keep, [true, true, true, false, true, true, true]);
+    }
 }

@@ -150,8 +150,9 @@ fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, notes: &Notes, tracks: &m
             Ok(shot) => {
                 let first = firsts.entry(hash_places(&shot)).or_insert_with(|| name.clone());
                 if *first != name {
-                    let message =
-                        format!("all positions are those of shot {first}: a copy makes errors too small");
+                    let message = format!(
+                        "all positions are those of shot {first}; expected each clip once: a copy makes errors too small"
+                    );
                     notes.add(&file, Subject::Repeated, Some(shot.line), message);
                 }
                 tracks.shots.push(shot);

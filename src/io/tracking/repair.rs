@@ -147,7 +147,7 @@ pub(super) fn remove_repeated_frames(
     let repeats = repeats.map_while(|first| Some([first, (first..steps.len()).find(|k| steps[*k] != 0.0)?]));
     let is_moving = |[first, end]: &[usize; 2]| steps[first - 1].min(steps[*end]) >= MAX_COARSE * resolution;
     let repeats: Vec<[usize; 2]> = repeats.filter(is_moving).collect();
-    let said = |first: usize| {
+    let sentence = |first: usize| {
         let known = frames[first][0].line;
         format!("both balls are exactly where they were in line {known} while they move before and after")
     };
@@ -160,12 +160,12 @@ pub(super) fn remove_repeated_frames(
         let message = format!(
             "{}, and do not catch up: a frame was put in here, and all later times may be late. Expected the clip without it, with the \
              frames after it renumbered; or skip the shot",
-            said(*first)
+            sentence(*first)
         );
         return Err(Wrong { line: frames[first + 1][0].line, message, is_damage: true });
     }
     for [first, end] in repeats {
-        let message = format!("{}: a repeated frame, taken as a gap", said(first));
+        let message = format!("{}: a repeated frame, taken as a gap", sentence(first));
         job.note(Subject::Repeated, frames[first + 1][0].line, message);
         let [lost, last] = [first + 1, end].map(|k| frames[k][0].time);
         let rows = cue.rows.iter_mut().chain(&mut object.rows);
@@ -174,9 +174,9 @@ pub(super) fn remove_repeated_frames(
     Ok(())
 }
 
-/// Returns the square of the distance by which the step of both balls from frame `end` misses one
-/// that began in frame `from`, with the velocity of the step from frame `before`, that of the step
-/// after, or an impact between them.
+/// Returns the squared distance between the step of both balls from frame `end` and the step that
+/// they would have made since frame `from`: at the velocity of the step from frame `before` until
+/// any moment, and at that of the step after `end` from then on, as if an impact were between them.
 fn miss(frames: &[[Row; 2]], [before, from, end]: [usize; 3]) -> f64 {
     let motion = |from: usize, to: usize| -> (Vector4<f64>, f64) {
         let [one, other] = [&frames[from], &frames[to]];

@@ -49,7 +49,7 @@ pub(crate) struct SideSpin {
     pub(crate) spin: f64,
     /// Its standard error, rad/s.
     pub(crate) sd: f64,
-    /// What is added to it per unit of each of [`VIEW`].
+    /// Additions to it per unit of each of [`VIEW`], rad/s.
     pub(crate) by_view: [f64; VIEW.len()],
 }
 

@@ -48,9 +48,9 @@ pub(super) fn first_spreads(side_sd: f64) -> [Spread; 2] {
 /// Unknowns of the direction from which a camera sees a ball.
 pub(super) const VIEW: [Id; 3] = [Id::ParallaxX, Id::ParallaxY, Id::Nearness];
 
-/// Returns what is added to the angular velocity that the markers of a ball at this place and with
-/// this velocity seem to have, per unit of each of [`VIEW`]: a point h above the ball's centre is
-/// seen displaced by h a, as if the ball were turned by ρ = (−a_y, a_x, 0), so that to first order
+/// Returns the additions, per unit of each of [`VIEW`], to the angular velocity that markers show
+/// of a ball at this place and with this velocity. A point h above the ball's centre is displaced
+/// by h a in the picture, as if the ball were turned by ρ = (−a_y, a_x, 0). To first order
 /// ω = ω_seen − ρ × ω_seen − dρ/dt.
 pub(super) fn by_view(spin: &Vec3, place: Point, velocity: Point) -> [Vec3; VIEW.len()] {
     let [x, y] = [Vec3::y(), -Vec3::x()].map(|rho| spin.cross(&rho));
@@ -79,8 +79,8 @@ pub(crate) struct ShotSpin {
     pub(crate) topspin: OwnPrior,
     side: OwnPrior,
     swerve: OwnPrior,
-    /// Of topspin, side spin and spin about the direction of travel: what is added to the measured
-    /// one per unit of each of [`VIEW`].
+    /// Additions to the measured topspin, side spin and spin about the direction of travel per unit
+    /// of each of [`VIEW`].
     by_view: [[f64; VIEW.len()]; 3],
     /// Bounds of the topspin, over natural roll.
     pub(crate) bounds: [f64; 2],
