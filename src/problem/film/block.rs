@@ -8,9 +8,10 @@ use rayon::prelude::*;
 use super::camera::{Camera, Point};
 use super::dual::{INPUTS, gradient};
 use super::impact::{Contact, Correction};
+use super::marker_rotation::{MarkerTrack, Rotation, View, rotations};
 use super::motion::{COEFFICIENTS, Piece, Struck, cue_before, own_inputs};
 use super::own::{self, OWN};
-use super::spins::{OFF_CORNER, ShotSpin, States, VIEW};
+use super::spins::{OFF_CORNER, ShotSpin, States, Through};
 use crate::physics::collision::NotACollision;
 use crate::problem::frames::{Columns, Frame, Sight, add_track, rows, whiten};
 use crate::problem::loss::ShotLoss;
@@ -30,6 +31,7 @@ const ROW: usize = COEFFICIENTS + CAMERA + 1;
 pub(crate) struct FilmedShot {
     /// The frames of the cue ball and of the object ball.
     pub(crate) tracks: Arc<[Vec<Frame>; 2]>,
+    pub(crate) markers: Arc<Vec<MarkerTrack>>,
     /// Frames per second.
     pub(crate) fps: f64,
     /// Side spins of the balls just after the impact that markers show.
@@ -49,8 +51,7 @@ pub(crate) struct SideSpin {
     pub(crate) spin: f64,
     /// Its standard error, rad/s.
     pub(crate) sd: f64,
-    /// Additions to it per unit of each of [`VIEW`], rad/s.
-    pub(crate) by_view: [f64; VIEW.len()],
+    pub(crate) through: Through,
 }
 
 impl FilmedShot {
@@ -59,6 +60,27 @@ impl FilmedShot {
         let camera = Camera::new(shared);
         let times = self.tracks.iter().flatten().map(|frame| frame.time + camera.delay(frame.seen));
         times.reduce(f64::max).map_or(f64::INFINITY, |last| last - own[own::TIME])
+    }
+
+    /// Measures the spins that markers show through this camera. The balls turn as before.
+    pub(super) fn measure_spins(&mut self, own: &mut Own, camera: Camera, radius: f64) {
+        if self.markers.is_empty() {
+            return;
+        }
+        let [before, after @ ..] = rotations(self, own[own::TIME], View { camera, radius });
+        let side_spin = |(ball, rotation): (usize, Option<Rotation>)| {
+            let Rotation { spin, covariance, by_camera } = rotation?;
+            let through = Through { camera, by: by_camera.row(2).transpose().into() };
+            Some(SideSpin { ball, spin: spin.z, sd: covariance[(2, 2)].sqrt(), through })
+        };
+        self.side_spins = after.into_iter().enumerate().filter_map(side_spin).collect();
+        if let Some(rotation) = before {
+            let (sin, cos) = own[own::DIRECTION].sin_cos();
+            let [along, across] = [own[own::ALONG], own[own::ACROSS]];
+            let velocity = Point::new(along * cos - across * sin, along * sin + across * cos);
+            let new = ShotSpin::seen(&rotation, camera, velocity, radius);
+            self.spin = self.spin.measured_again(new, own, velocity, radius);
+        }
     }
 }
 
@@ -217,7 +239,9 @@ impl FilmBlock {
     /// `by`.
     pub(crate) fn move_picture(&mut self, factor: f64, by: Point) {
         for shot in &mut self.shots {
-            for frame in Arc::make_mut(&mut shot.tracks).iter_mut().flatten() {
+            let balls = Arc::make_mut(&mut shot.tracks).iter_mut();
+            let markers = Arc::make_mut(&mut shot.markers).iter_mut().map(|marker| &mut marker.frames);
+            for frame in balls.chain(markers).flatten() {
                 frame.seen = frame.seen * factor + by;
             }
         }
@@ -257,11 +281,7 @@ impl SideSpin {
         let predicted = struck.after[self.ball].spin[2] / radius;
         let mut by = DVector::zeros(total.products.ncols() - 1);
         by.rows_mut(0, INPUTS).copy_from(&gradient(&predicted));
-        let mut off = predicted.re - self.spin;
-        for (id, factor) in VIEW.into_iter().zip(self.by_view) {
-            off -= factor * shared[id];
-            by[OWN + id as usize] = -factor;
-        }
+        let off = predicted.re - self.spin - self.through.shift(shared, &mut by);
         total.add_number(off / self.sd, (by / self.sd).as_slice());
     }
 }
@@ -309,11 +329,15 @@ struct Judged {
 
 impl FilmBlock {
     /// Chooses for every shot the likeliest of the states that it may be in given the shared
-    /// unknowns; returns whether one has changed.
+    /// unknowns, with the spins that markers show through this camera; returns whether one has
+    /// changed.
     pub(crate) fn choose_states(&mut self, own: &mut [Own], shared: &Shared) -> bool {
+        let (camera, radius) = (Camera::new(shared), self.contact.object().radius);
+        let shots = self.shots.par_iter_mut().zip(&mut *own);
+        shots.for_each(|(shot, own)| shot.measure_spins(own, camera, radius));
         let judge = |(shot, own): (&FilmedShot, &Own)| {
             let candidates = shot.spin.candidates().into_iter();
-            let judged = candidates.map(|spin| self.judge_state(shot, spin, own, shared));
+            let judged = candidates.map(|spin| self.judge_state(shot, &spin, own, shared));
             let is_open = shot.spin.states != States::One;
             is_open.then(|| judged.min_by(|a, b| a.cost.total_cmp(&b.cost))).flatten()
         };
@@ -327,7 +351,7 @@ impl FilmBlock {
         changed
     }
 
-    fn judge_state(&self, shot: &FilmedShot, spin: ShotSpin, own: &Own, shared: &Shared) -> Judged {
+    fn judge_state(&self, shot: &FilmedShot, spin: &ShotSpin, own: &Own, shared: &Shared) -> Judged {
         let is_same = spin.is_same_state(&shot.spin);
         let mut start = own.clone();
         if spin.states == States::Measured || spin.rolls {
@@ -335,11 +359,11 @@ impl FilmBlock {
         } else if !is_same {
             start[own::TOPSPIN] = SLIDE_START + spin.bounds[0].max(0.0);
         }
-        let shot = FilmedShot { spin, ..shot.clone() };
+        let shot = FilmedShot { spin: *spin, ..shot.clone() };
         let (own, sums) = self.settle(&shot, start, (&mut shared.clone(), &[]), (COMPARED_STEPS, STALL));
         // states of equal likelihood do not alternate
         let bonus = if spin.rolls { ROLL_BONUS } else { 0.0 };
         let inertia = if is_same { ROUGH } else { 0.0 };
-        Judged { spin, own, cost: sums.cost - bonus - inertia }
+        Judged { spin: *spin, own, cost: sums.cost - bonus - inertia }
     }
 }

@@ -5,27 +5,27 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::block::{FilmBlock, FilmedShot, SideSpin};
-use super::camera::Point;
+use super::block::{FilmBlock, FilmedShot};
+use super::camera::{Camera, Point};
 use super::impact::{Contact, Correction};
-use super::priors::list_unknowns;
-use super::spins::{ShotSpin, by_view, first_spreads};
+use super::marker_rotation::MarkerTrack;
+use super::priors::{list_camera, list_unknowns};
+use super::spins::{ShotSpin, first_spreads};
 use crate::extraction::{
-    FirstGuess, Rotation, Unusable, from_paths, leave_out_after_cushion, leave_out_before_cushion,
-    noise_correlation, rotations,
+    FirstGuess, Unusable, from_paths, leave_out_after_cushion, leave_out_before_cushion, noise_correlation,
 };
 use crate::film::{drops, frame_noise};
 use crate::measurement::dataset::{Dataset, Measured, Tracks};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Settings;
-use crate::measurement::track::{Sample, TrackShot};
+use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::numerics::median;
 use crate::physics::collision::{Fidelity, Model};
 use crate::problem::findings::Finding;
 use crate::problem::frames::Frame;
 use crate::problem::loss::ShotLoss;
 use crate::problem::sums::Noise;
-use crate::problem::unknowns::{Id, Own, Unknown};
+use crate::problem::unknowns::{Id, Own, Shared, Unknown};
 
 /// Ratio of lengths to those expected, less 1, beyond which they are in another unit than stated,
 /// or those of two films by another camera.
@@ -115,10 +115,15 @@ impl Film<FilmBlock> {
         let sd = unit * median(shots.iter().map(|shot| frame_noise::noise(&shot.track)).collect());
         let rho = shots[0].track.correlation;
         let noise = Noise { sd: if states_noise { 1.0 } else { sd }, rho };
-        let own = shots.iter().map(|shot| shot.own(middle, unit)).collect();
+        let mut own: Vec<Own> = shots.iter().map(|shot| shot.own(middle, unit)).collect();
         let names = shots.iter().map(|shot| shot.track.name.clone()).collect();
         let read = |shot: Guessed| shot.read(middle, unit, states_noise, ball.radius);
-        let shots: Vec<FilmedShot> = shots.into_iter().map(read).collect();
+        let mut shots: Vec<FilmedShot> = shots.into_iter().map(read).collect();
+        let mut unknowns = Unknown::list();
+        list_camera(&mut unknowns, tracks);
+        let camera = Camera::new(&Shared::starts(&unknowns));
+        let measured = shots.par_iter_mut().zip(&mut own);
+        measured.for_each(|(shot, own)| shot.measure_spins(own, camera, ball.radius));
         let spins: Vec<ShotSpin> = shots.iter().map(|shot| shot.spin).collect();
         let mut unknowns = list_unknowns(&modelling.settings, tracks, &spins);
         if unit != 1.0 {
@@ -188,33 +193,32 @@ impl Guessed {
         Own::from_vec(vec![time, place.x, place.y, direction, along, across, 0.0, 0.0, 0.0])
     }
 
-    /// Returns the shot in metres from the middle, with the spin that is stated, or that markers on
-    /// the cue ball show. The radius is in metres.
+    /// Returns the shot in metres from the middle, with the spin that is stated. The radius is in
+    /// metres.
     fn read(self, middle: Point, unit: f64, states_noise: bool, radius: f64) -> FilmedShot {
         let Self { track, guess } = &self;
         let reading = Reading { middle, unit, states_noise, may_be_held: !track.states_noise() };
         let [of_cue, of_object] = track.resolution;
         let tracks =
             [reading.frames(track, &track.cue, of_cue), reading.frames(track, &track.object, of_object)];
-        let noise = track.position_sd.unwrap_or_else(|| frame_noise::noise(track));
-        let [before, after @ ..] = rotations(track, guess.time, radius / unit, noise);
-        let place = (Point::from(guess.object) - middle) * unit;
-        let side_spin = |(ball, rotation): (usize, Option<Rotation>)| {
-            let Rotation { spin, covariance, .. } = rotation?;
-            let by_view = by_view(&spin, place, Point::zeros()).map(|by| by.z);
-            Some(SideSpin { ball, spin: spin.z, sd: covariance[(2, 2)].sqrt(), by_view })
+        let marker = |Marker { ball, samples, .. }: &Marker| {
+            let ball = usize::from(*ball == TrackedBall::Object);
+            MarkerTrack {
+                ball,
+                frames: reading.frames(track, samples, track.resolution[ball]),
+                noise: if states_noise { 1.0 } else { unit * frame_noise::noise(track) },
+                states_noise: track.position_sd.is_some() || samples.iter().all(|sample| sample.sd.is_some()),
+            }
         };
         let (sin, cos) = guess.direction.sin_cos();
         let [along, across] = guess.before.map(|speed| speed * unit);
         let velocity = Point::new(along * cos - across * sin, along * sin + across * cos);
         FilmedShot {
             tracks: Arc::new(tracks),
+            markers: Arc::new(track.markers.iter().map(marker).collect()),
             fps: track.fps,
-            side_spins: after.into_iter().enumerate().filter_map(side_spin).collect(),
-            spin: match before {
-                Some(rotation) => ShotSpin::seen(&rotation, velocity, radius, place),
-                None => ShotSpin::stated(track.spin, velocity, radius),
-            },
+            side_spins: Vec::new(),
+            spin: ShotSpin::stated(track.spin, velocity, radius),
             correction: Correction::zeros(),
         }
     }

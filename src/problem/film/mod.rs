@@ -6,6 +6,7 @@ pub(crate) mod causes;
 pub(crate) mod dual;
 pub(crate) mod film_data;
 pub(crate) mod impact;
+pub(crate) mod marker_rotation;
 pub(crate) mod motion;
 pub(crate) mod outliers;
 pub(crate) mod own;

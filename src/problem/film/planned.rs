@@ -10,7 +10,7 @@ use super::camera::Point;
 use super::impact::{Contact, Correction};
 use super::own;
 use super::priors::list_unknowns;
-use super::spins::{OFF_CORNER, SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD, VIEW, first_spreads};
+use super::spins::{OFF_CORNER, SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD, Through, first_spreads};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Model, NotACollision};
@@ -129,6 +129,7 @@ impl PlannedShot {
         }
         let mut shot = FilmedShot {
             tracks: Arc::default(),
+            markers: Arc::default(),
             fps: filming.fps,
             side_spins: Vec::new(),
             spin,
@@ -149,7 +150,7 @@ impl PlannedShot {
                 ball,
                 spin: struck.after[ball].spin[2].re / radius,
                 sd,
-                by_view: [0.0; VIEW.len()],
+                through: Through::NONE,
             })
             .collect();
         Ok((shot, own))

@@ -8,14 +8,14 @@
 
 use nalgebra::{DVector, Matrix3};
 
-use super::camera::Point;
+use super::camera::{Camera, Point};
+use super::marker_rotation::Rotation;
 use super::own::{self, OWN};
-use crate::extraction::Rotation;
 use crate::measurement::spin::Spin;
 use crate::numerics::{EXACT, SIGNIFICANT};
 use crate::physics::ball::Vec3;
 use crate::problem::sums::{Contribution, OwnPrior, Scattered, Spread};
-use crate::problem::unknowns::{Id, Normal, Own, Shared};
+use crate::problem::unknowns::{CAMERA, Id, Normal, Own, PHYSICS, Shared};
 
 /// Bounds of the topspin of a ball that slides, over natural roll. Its surface is never faster than
 /// three times its centre after a cue stroke without a miscue (offset of half a radius: 1.25).
@@ -45,17 +45,28 @@ pub(super) fn first_spreads(side_sd: f64) -> [Spread; 2] {
     [topspin, if side_sd > 0.0 { side_sd } else { side }].map(|first| Spread::first(first, LEAST_SPREAD))
 }
 
-/// Unknowns of the direction from which a camera sees a ball.
-pub(super) const VIEW: [Id; 3] = [Id::ParallaxX, Id::ParallaxY, Id::Nearness];
+/// How a number that markers show depends on the camera, to first order from one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Through {
+    pub(super) camera: Camera,
+    /// Derivatives of the number by the unknowns of the camera.
+    pub(super) by: [f64; CAMERA],
+}
 
-/// Returns the additions, per unit of each of [`VIEW`], to the angular velocity that markers show
-/// of a ball at this place and with this velocity. A point h above the ball's centre is displaced
-/// by h a in the picture, as if the ball were turned by ρ = (−a_y, a_x, 0). To first order
-/// ω = ω_seen − ρ × ω_seen − dρ/dt.
-pub(super) fn by_view(spin: &Vec3, place: Point, velocity: Point) -> [Vec3; VIEW.len()] {
-    let [x, y] = [Vec3::y(), -Vec3::x()].map(|rho| spin.cross(&rho));
-    let turning = Vec3::new(-velocity.y, velocity.x, 0.0);
-    [x, y, x * place.x + y * place.y - turning]
+impl Through {
+    /// A number that no camera shows.
+    pub(super) const NONE: Self = Self { camera: Camera::NONE, by: [0.0; CAMERA] };
+
+    /// Returns what the number increases by with other values of the unknowns; takes the derivatives
+    /// from `by`.
+    pub(super) fn shift(&self, shared: &Shared, by: &mut DVector<f64>) -> f64 {
+        let mut shift = 0.0;
+        for (i, slope) in self.by.iter().enumerate() {
+            shift += slope * (shared.0[PHYSICS + i] - self.camera.get(i));
+            by[OWN + PHYSICS + i] -= slope;
+        }
+        shift
+    }
 }
 
 /// Returns the axes of topspin, side spin and spin about the direction of travel.
@@ -79,9 +90,8 @@ pub(crate) struct ShotSpin {
     pub(crate) topspin: OwnPrior,
     side: OwnPrior,
     swerve: OwnPrior,
-    /// Additions to the measured topspin, side spin and spin about the direction of travel per unit
-    /// of each of [`VIEW`].
-    by_view: [[f64; VIEW.len()]; 3],
+    /// The measured topspin, side spin and spin about the direction of travel.
+    through: [Through; 3],
     /// Bounds of the topspin, over natural roll.
     pub(crate) bounds: [f64; 2],
     /// States that the shot may be in.
@@ -110,7 +120,7 @@ impl ShotSpin {
         topspin: OwnPrior::Held,
         side: OwnPrior::Spread(SIDE_SPREAD),
         swerve: OwnPrior::Held,
-        by_view: [[0.0; VIEW.len()]; 3],
+        through: [Through::NONE; 3],
         bounds: UNBOUNDED,
         states: States::One,
     };
@@ -141,14 +151,13 @@ impl ShotSpin {
             Spin::Measured { spin, sd } => {
                 let variances = sd.map(|sd| sd.unwrap_or(0.0).powi(2));
                 let covariance = Matrix3::from_diagonal(&variances.into());
-                Self::measured(&Rotation { spin, covariance, time: 0.0 }, velocity, radius)
+                Self::measured(&spin, &covariance, velocity, radius)
             }
             Spin::Unknown => Self::UNKNOWN,
         }
     }
 
-    fn measured(rotation: &Rotation, velocity: Point, radius: f64) -> Self {
-        let Rotation { spin, covariance, .. } = rotation;
+    fn measured(spin: &Vec3, covariance: &Matrix3<f64>, velocity: Point, radius: f64) -> Self {
         let speed = velocity.norm();
         let slip = Point::new(velocity.x - radius * spin.y, velocity.y + radius * spin.x).norm();
         let error = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt() * radius;
@@ -174,13 +183,26 @@ impl ShotSpin {
         }
     }
 
-    /// Returns the spin of a shot whose cue ball has this velocity on the table, m/s, and whose
-    /// markers turn as a camera sees them at a place of the film, m.
-    pub(super) fn seen(rotation: &Rotation, velocity: Point, radius: f64, place: Point) -> Self {
-        let place = place + velocity * rotation.time;
-        let by_view = by_view(&rotation.spin, place, velocity).map(|by| by * (radius / velocity.norm()));
-        let along = |axis: Vec3| by_view.map(|by| axis.dot(&by));
-        Self { by_view: axes(velocity).map(along), ..Self::measured(rotation, velocity, radius) }
+    /// Returns the spin of a shot whose cue ball has this velocity on the table, m/s, and turns like
+    /// this in a camera.
+    pub(super) fn seen(rotation: &Rotation, camera: Camera, velocity: Point, radius: f64) -> Self {
+        let Rotation { spin, covariance, by_camera } = rotation;
+        let through = axes(velocity).map(|axis| {
+            let by = by_camera.tr_mul(&axis) * (radius / velocity.norm());
+            Through { camera, by: by.into() }
+        });
+        Self { through, ..Self::measured(spin, covariance, velocity, radius) }
+    }
+
+    /// Returns the spin as it is measured anew, in the state that was chosen, and changes the own
+    /// unknowns so that the ball turns as before.
+    pub(super) fn measured_again(&self, new: Self, own: &mut Own, velocity: Point, radius: f64) -> Self {
+        let Some((before, now)) = self.measured.zip(new.measured) else { return new };
+        for (i, axis) in axes(velocity).into_iter().enumerate() {
+            own[own::TOPSPIN + i] += axis.dot(&(before - now)) * radius / velocity.norm();
+        }
+        let rolls = if new.states == States::Measured { self.rolls } else { new.rolls };
+        Self { rolls, ..new }
     }
 
     /// Returns the states that the shot may be in.
@@ -250,7 +272,7 @@ impl ShotSpin {
         spreads: &[Spread; 2],
         sums: &mut Contribution,
     ) {
-        for ((place, prior), by_view) in self.priors().into_iter().zip(&self.by_view) {
+        for ((place, prior), through) in self.priors().into_iter().zip(&self.through) {
             let mut by = DVector::zeros(sums.products.ncols() - 1);
             let mut value = values[place];
             by[place] = 1.0;
@@ -260,10 +282,7 @@ impl ShotSpin {
                     sums.add_scattered(Scattered { spread, place, value: value - shared[mean], by }, spreads);
                 }
                 (OwnPrior::Stated(normal), _) => {
-                    for (id, factor) in VIEW.into_iter().zip(by_view) {
-                        value -= factor * shared[id];
-                        by[OWN + id as usize] = -factor;
-                    }
+                    value -= through.shift(shared, &mut by);
                     sums.add_number(normal.pull(value), (by / normal.sd).as_slice());
                 }
                 (prior, _) => sums.add_prior((place, prior), value, spreads),
