@@ -67,7 +67,8 @@ impl FilmedShot {
         if self.markers.is_empty() {
             return;
         }
-        let [before, after @ ..] = rotations(self, own[own::TIME], View { camera, radius });
+        let [before, after @ ..] =
+            rotations(&self.markers, &self.tracks, (own[own::TIME], self.fps), View { camera, radius });
         let side_spin = |(ball, rotation): (usize, Option<Rotation>)| {
             let Rotation { spin, covariance, by_camera } = rotation?;
             let through = Through { camera, by: by_camera.row(2).transpose().into() };

@@ -9,7 +9,6 @@
 
 use nalgebra::{DMatrix, DVector, Matrix2, Matrix3, Rotation3, RowDVector, SMatrix};
 
-use super::block::FilmedShot;
 use super::camera::{Camera, Point, Seen};
 use crate::measurement::correction::Correction;
 use crate::numerics::dense::{Place, descend};
@@ -240,14 +239,19 @@ impl Placed {
     }
 }
 
-/// Returns the rotations of the cue ball just before the impact and of both balls just after it, of
-/// balls with markers.
-pub(super) fn rotations(shot: &FilmedShot, impact: f64, view: View) -> [Option<Rotation>; 3] {
-    let near = ROTATION_FRAMES / shot.fps;
+/// Returns the rotations of the cue ball just before the impact and of both balls just after it, as
+/// far as markers show them, from the frames of both balls and their rate.
+pub(super) fn rotations(
+    markers: &[MarkerTrack],
+    tracks: &[Vec<Frame>; 2],
+    (impact, fps): (f64, f64),
+    view: View,
+) -> [Option<Rotation>; 3] {
+    let near = ROTATION_FRAMES / fps;
     let (before, after) = ([impact - near, impact], [impact, impact + near]);
     [(0, before), (0, after), (1, after)].map(|(ball, window)| {
-        let markers = || shot.markers.iter().filter(|marker| marker.ball == ball);
-        let spots = |marker| list_spots(marker, &shot.tracks[ball], (window, impact), view.camera);
+        let markers = || markers.iter().filter(|marker| marker.ball == ball);
+        let spots = |marker| list_spots(marker, &tracks[ball], (window, impact), view.camera);
         let spots: Vec<Vec<Spot>> = markers().map(spots).collect();
         measure(&spots, view, markers().all(|marker| marker.states_noise))
     })
