@@ -4,7 +4,9 @@ use nalgebra::DMatrix;
 use statrs::distribution::{ContinuousCDF, Normal as Gauss, StudentsT};
 
 use super::identifiability::worst_direction;
-use super::problem::{Evaluation, Problem};
+use super::minimise::descend;
+use super::policy::{COMPARED_STEPS, STALL};
+use super::problem::{Evaluation, Problem, State};
 use super::profile::{DIFFERENT, EDGE};
 use super::solution::Solution;
 use super::uncertainty::Estimates;
@@ -15,6 +17,9 @@ use crate::numerics::EXACT;
 
 /// Halvings for the edge of a range of values on which χ² does not depend.
 const HALVINGS: usize = 45;
+
+/// Halvings for the least friction of a film whose contacts may all stick: to a thousandth.
+const HALVINGS_OF_FILMS: usize = 10;
 
 /// Ratio of two errors of one estimate from which on the smaller one misleads.
 pub(crate) const MISLEADING: f64 = 2.0;
@@ -191,9 +196,17 @@ impl Known<'_> {
         if unknown.mode != Mode::Free {
             return bare(Status::Fixed);
         }
+        let [low, high] = unknown.bounds;
+        if let Some(quantiles) = self.quantiles
+            && let Some(value) = self.least_if_all_may_stick(column, quantiles.two_sided)
+        {
+            let interval_95 = Some([value, high]);
+            let intervals = IntervalPair { hessian: None, profile: interval_95 };
+            let bare = ParameterEstimate::bare(parameter, value, Status::Free);
+            return ParameterEstimate { interval_95, intervals, ..bare };
+        }
         let edge = edge_of_saturation(&solution.problem, &solution.at, column);
         let value = edge.unwrap_or_else(|| solution.value(id));
-        let [low, high] = unknown.bounds;
         let status = match value {
             value if value == low => Status::AtLowerBound,
             value if value == high => Status::AtUpperBound,
@@ -237,6 +250,34 @@ impl Known<'_> {
             includes_other_minimum,
             ..without_error
         }
+    }
+
+    /// Returns the least value of the friction between balls that the frames of a film allow, if
+    /// most contacts stick and all may: χ² is less than t² above its minimum at the greatest value.
+    fn least_if_all_may_stick(&self, column: usize, t: f64) -> Option<f64> {
+        let (problem, at) = (&self.solution.problem, &self.solution.at);
+        let shots = at.shots.iter().map(Vec::len).sum::<usize>();
+        if column != Id::Mu as usize || problem.film().is_none() || 2 * at.count_sticking() < shots {
+            return None;
+        }
+        let others: Vec<usize> = problem.free().into_iter().filter(|other| *other != column).collect();
+        let likely_at = |from: &State, value: f64| {
+            let mut state = from.clone();
+            state.shared.0[column] = value;
+            let there = descend(problem, problem.evaluate(state), &others, (COMPARED_STEPS, STALL)).end;
+            (there.cost - at.cost < t * t).then_some(there)
+        };
+        let [mut off, high] = problem.unknowns[column].bounds;
+        likely_at(&at.state, high).filter(|there| there.count_sticking() == shots)?;
+        let mut on = at.state.clone();
+        for _ in 0..HALVINGS_OF_FILMS {
+            let middle = 0.5 * (on.shared.0[column] + off);
+            match likely_at(&on, middle) {
+                Some(there) => on = there.state,
+                None => off = middle,
+            }
+        }
+        Some(on.shared.0[column])
     }
 
     /// Returns an interval extended to that about another minimum which is nearly as likely.

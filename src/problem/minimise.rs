@@ -244,8 +244,12 @@ impl SumOfSquares for Moving<'_> {
     fn step(&self, at: &Evaluation, damping: f64) -> Option<Step<State>> {
         let problem = self.problem;
         let reduced = at.eliminate(problem, damping)?;
-        let moving: Vec<usize> =
-            self.free.iter().copied().filter(|column| reduced.informs(*column)).collect();
+        // a friction that data tell no better than its bounds do would jump there
+        let is_told = |column: &usize| {
+            let [low, high] = problem.unknowns[*column].bounds;
+            reduced.informs(*column) && reduced.products_of(*column) * (high - low).powi(2) > 1.0
+        };
+        let moving: Vec<usize> = self.free.iter().copied().filter(is_told).collect();
         let room: Vec<[f64; 2]> = moving
             .iter()
             .map(|column| problem.unknowns[*column].bounds.map(|bound| bound - at.state.shared.0[*column]))

@@ -1,5 +1,7 @@
 //! The fit of a film from beginning to end.
 
+use std::sync::Arc;
+
 use super::block::Block;
 use super::effects::choose_effects;
 use super::false_shots::{Squares, judge};
@@ -40,12 +42,11 @@ pub(crate) fn fit_film(
     let start = State { own: vec![own], shared: Shared::starts(&unknowns) };
     let problem = Problem::of_one(Block::Film(block), unknowns);
     let all = (problem.clone(), names.clone());
-    let run = Run::minimise(policy, (problem, names), &start)?;
+    let run = Run::minimise(policy, (problem, names), start.clone())?;
     let mut run = run.without_false_shots(all, &start, &first_noise);
     run.findings.splice(..0, findings);
     run.leave_out_spoiled();
-    // shots that were left out have no first guess any more
-    let start = if start.own[0].len() == run.names.len() { start } else { run.descent.end.state.clone() };
+    let start = run.first.1.clone();
     if slow_variance(&run.noise(), &first_noise) > policy.misfit {
         let freed = causes::spin_freely(&run.problem, &run.descent.end, (&start, first_noise), policy);
         run.adopt(freed);
@@ -127,6 +128,8 @@ struct Run<'a> {
     problem: Problem,
     descent: Descent,
     names: Vec<String>,
+    /// The problem before its search, and where that begins.
+    first: (Problem, State),
     findings: Vec<Finding>,
 }
 
@@ -135,10 +138,12 @@ impl<'a> Run<'a> {
     fn minimise(
         policy: &'a Policy,
         (mut problem, names): (Problem, Vec<String>),
-        start: &State,
+        start: State,
     ) -> Result<Self, FilmError> {
-        let descent = fit(&mut problem, start).ok_or(FilmError::NoStart)?;
-        let mut run = Self { policy, problem, descent, names, findings: Vec::new() };
+        let first = problem.clone();
+        let descent = fit(&mut problem, &start).ok_or(FilmError::NoStart)?;
+        let first = (first, start);
+        let mut run = Self { policy, problem, descent, names, first, findings: Vec::new() };
         for round in 0..ROUNDS {
             let mut state = run.descent.end.state.clone();
             // wrong frames are left out before shots are judged; by a robust loss wrong shots count
@@ -152,6 +157,12 @@ impl<'a> Run<'a> {
             let frames = film.map_or(0, |film| leave_out_frames(film, &state.own[0], &state.shared, policy));
             if keep.contains(&false) {
                 run.leave_out(&keep, &mut state);
+                // what was fitted to wrong shots may be another minimum
+                let mut anew = run.first.0.clone();
+                if let Some(descent) = fit(&mut anew, &run.first.1) {
+                    (run.problem, run.descent) = (anew, descent);
+                    continue;
+                }
             } else if frames == 0 {
                 if round > 0 {
                     break;
@@ -178,7 +189,7 @@ impl<'a> Run<'a> {
         let Some((keep, mut state)) = judge_outcomes(&problem, start, self.policy) else { return self };
         problem.retain(0, &mut state, &keep);
         let lost = Finding::LostShots { names: split_names(&mut names, &keep) };
-        let refit = Self::minimise(self.policy, (problem, names), &state).ok().filter(is_good);
+        let refit = Self::minimise(self.policy, (problem, names), state).ok().filter(is_good);
         refit.map_or(self, |mut refit| {
             refit.findings.insert(0, lost);
             refit
@@ -188,6 +199,13 @@ impl<'a> Run<'a> {
     /// Leaves out the shots that are not kept, and says so.
     fn leave_out(&mut self, keep: &[bool], state: &mut State) {
         self.problem.retain(0, state, keep);
+        let (first, start) = &mut self.first;
+        first.retain(0, start, keep);
+        if let Some((first, film)) = first.film_mut().zip(self.problem.film()) {
+            for (first, shot) in first.shots.iter_mut().zip(&film.shots) {
+                first.tracks = Arc::clone(&shot.tracks);
+            }
+        }
         self.findings.push(Finding::LostShots { names: split_names(&mut self.names, keep) });
     }
 
