@@ -74,9 +74,9 @@ fn descend_coarsely(problem: &Problem, start: &State) -> Option<State> {
     let is_film = problem.film().is_some();
     let enough = if is_film { ENOUGH_FILMED } else { ENOUGH_SHOTS };
     let Thinned { problem: mut coarser, state, factor } = thin(problem, start, enough);
-    for sample in &mut coarser.samples {
+    for (sample, own) in coarser.samples.iter_mut().zip(&state.own) {
         if let Block::Film(film) = &mut sample.block {
-            film.coarsen();
+            film.coarsen(own);
         }
     }
     let mut free = problem.free();

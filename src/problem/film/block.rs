@@ -12,6 +12,7 @@ use super::marker_rotation::{MarkerTrack, Rotation, View, rotations};
 use super::motion::{COEFFICIENTS, Piece, Struck, cue_before, own_inputs};
 use super::own::{self, OWN};
 use super::spins::{OFF_CORNER, ShotSpin, States, Through};
+use crate::physics::cloth_motion::GRAVITY;
 use crate::physics::collision::NotACollision;
 use crate::problem::frames::{Columns, Frame, Sight, add_track, rows, whiten};
 use crate::problem::loss::ShotLoss;
@@ -22,6 +23,9 @@ use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, Shared};
 /// Noise of the first descents, m: lines through the frames next to an impact miss the balls by as
 /// much.
 const COARSE_SD: f64 = 1e-3;
+
+/// Frames on either side of the impact that take part in these at least.
+const COARSE_FRAMES: usize = 8;
 
 /// Derivatives by the coefficients of a piece and by the camera, and the residual.
 const ROW: usize = COEFFICIENTS + CAMERA + 1;
@@ -206,10 +210,20 @@ impl FilmBlock {
         (x.rows(0, OWN).into_owned(), sums)
     }
 
-    /// Raises the noise to what lines through the frames next to an impact miss the balls by.
-    pub(crate) fn coarsen(&mut self) {
+    /// Raises the noise to what lines through the frames next to an impact miss the balls by, and
+    /// leaves out frames so far away that a friction of the cloth that errs by 0.1 moves a ball by
+    /// more.
+    pub(crate) fn coarsen(&mut self, own: &[Own]) {
         for noise in &mut self.noise {
             noise.sd = noise.sd.max(COARSE_SD);
+        }
+        // ½ · 0.1 g t²
+        let reach = (2.0 * COARSE_SD / (0.1 * GRAVITY)).sqrt();
+        for (shot, own) in self.shots.iter_mut().zip(own) {
+            let reach = reach.max(COARSE_FRAMES as f64 / shot.fps);
+            for frame in Arc::make_mut(&mut shot.tracks).iter_mut().flatten() {
+                frame.used &= (frame.time - own[own::TIME]).abs() < reach;
+            }
         }
     }
 
