@@ -96,6 +96,9 @@ pub(crate) enum Finding {
     Undetermined { id: Id, sd: f64 },
     /// A wanted unknown is at a bound.
     AtBound { id: Id, bound: f64 },
+    /// The outcomes of the shots scatter by so many times what noise makes of the frames; the errors
+    /// have it.
+    Scatter { times: f64 },
     /// Shots whose frames fit no collision were left out.
     LostShots { names: Vec<String> },
     /// The descent did not end at a minimum.
@@ -118,6 +121,7 @@ impl Finding {
             | Self::Spoiled { .. }
             | Self::Compliance { .. }
             | Self::Weight { .. } => Severity::Note,
+            Self::Scatter { .. } => Severity::Warning,
             Self::OtherUnit { .. }
             | Self::NoiseRefuted { .. }
             | Self::Playback { .. }

@@ -2,9 +2,12 @@
 
 use std::sync::Arc;
 
+use nalgebra::DMatrix;
+
 use super::block::Block;
 use super::effects::choose_effects;
-use super::false_shots::{Squares, judge};
+use super::false_shots::{Squares, judge, tail};
+use super::film::block;
 use super::film::causes::{self, Refit};
 use super::film::film_data::{Film, FilmError, Modelling};
 use super::film::outliers::{self, leave_out_frames, squares};
@@ -16,10 +19,11 @@ use super::policy::Policy;
 use super::problem::{Problem, State, split_names};
 use super::solution::Solution;
 use super::sums::Noise;
-use super::uncertainty::{Estimates, robust_covariance};
+use super::uncertainty::{Estimates, robust_covariance, scattered_covariance};
 use super::unknowns::{Id, Mode, Shared};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::loss::Loss;
+use crate::measurement::parameter::Compliance;
 
 /// Rounds of leaving out frames and shots.
 const ROUNDS: usize = 3;
@@ -52,27 +56,14 @@ pub(crate) fn fit_film(
         run.adopt(freed);
     }
     let how = (modelling.is_auto, modelling.settings.compliance);
-    let effects = choose_effects(&mut run.problem, &mut run.descent, how, policy);
-    let is_adopted = |effect: &Finding| {
-        !matches!(effect, Finding::Compliance { adopted: false, .. } | Finding::Weight { adopted: false, .. })
-    };
-    run.findings.extend(effects.into_iter().filter(is_adopted));
-    let mut estimates = run.estimates()?;
-    for _ in 0..MAX_CAUSES {
-        let cause = causes::explain(&run.problem, &run.descent.end, &estimates, policy);
-        // sliding explains a deceleration that no cloth has
-        let is_said_to_roll = run.problem.film().is_some_and(|film| film.is_said_to_roll());
-        let spins = cause.as_ref().filter(|_| is_said_to_roll).and_then(|cause| {
-            let freed = causes::spin_freely(&run.problem, &run.descent.end, (&start, first_noise), policy)?;
-            (freed.fall > cause.fall + 2.0 * run.names.len() as f64).then_some(freed)
-        });
-        if !run.adopt(spins.or(cause)) {
-            break;
-        }
-        estimates = run.estimates()?;
-    }
-    if run.adopt(causes::widen_rate(&run.problem, &run.descent.end, &estimates, policy)) {
-        estimates = run.estimates()?;
+    let without_causes = run.clone();
+    let mut estimates = run.name_causes(how, first_noise)?;
+    if let Some(scatter) = run.scatter(&estimates) {
+        // causes are what is not scatter
+        run = without_causes;
+        run.scatter_by(scatter);
+        estimates = run.name_causes(how, first_noise)?;
+        run.findings.push(Finding::Scatter { times: scatter.sqrt() });
     }
     let state = &run.descent.end.state;
     let film = run.problem.film();
@@ -123,6 +114,7 @@ fn judge_outcomes(problem: &Problem, start: &State, policy: &Policy) -> Option<(
 }
 
 /// A fit on its way: the problem and the end of its last descent.
+#[derive(Clone)]
 struct Run<'a> {
     policy: &'a Policy,
     problem: Problem,
@@ -151,7 +143,7 @@ impl<'a> Run<'a> {
             let keep = if round == 0 || run.problem.is_robust() {
                 vec![true; run.names.len()]
             } else {
-                judge(&squares(&run.descent.end.shots[0]), (0.0, f64::MIN_POSITIVE), policy)
+                run.judge_shots()
             };
             let film = run.problem.film_mut();
             let frames = film.map_or(0, |film| leave_out_frames(film, &state.own[0], &state.shared, policy));
@@ -239,6 +231,76 @@ impl<'a> Run<'a> {
         self.descent = descend_with_noise(&mut self.problem, state);
     }
 
+    /// Returns which shots have frames as near to their paths as the others, and an outcome as near
+    /// to the law.
+    fn judge_shots(&self) -> Vec<bool> {
+        let shots = &self.descent.end.shots[0];
+        let by_frames = judge(&squares(shots), (0.0, f64::MIN_POSITIVE), self.policy);
+        let outcome = |shot| {
+            let distance = block::distance(shot).unwrap_or(0.0);
+            Squares { sum: distance * distance, count: Id::OFFSETS.len() as f64 }
+        };
+        let by_outcome = judge(&shots.iter().map(outcome).collect::<Vec<_>>(), (0.0, 1.0), self.policy);
+        let keep = by_frames.into_iter().zip(by_outcome).map(|(frames, outcome)| frames && outcome);
+        self.policy.keep_most(keep.collect())
+    }
+
+    /// Adopts effects beyond the model and causes of residuals that the frames show; returns the
+    /// estimates.
+    fn name_causes(
+        &mut self,
+        how: (bool, Compliance),
+        first_noise: [Noise; 2],
+    ) -> Result<Estimates, FilmError> {
+        let policy = self.policy;
+        let effects = choose_effects(&mut self.problem, &mut self.descent, how, policy);
+        let is_adopted = |effect: &Finding| {
+            !matches!(
+                effect,
+                Finding::Compliance { adopted: false, .. } | Finding::Weight { adopted: false, .. }
+            )
+        };
+        self.findings.extend(effects.into_iter().filter(is_adopted));
+        let mut estimates = self.estimates()?;
+        for _ in 0..MAX_CAUSES {
+            let cause = causes::explain(&self.problem, &self.descent.end, &estimates, policy);
+            // sliding explains a deceleration that no cloth has
+            let is_said_to_roll = self.problem.film().is_some_and(|film| film.is_said_to_roll());
+            let spins = cause.as_ref().filter(|_| is_said_to_roll).and_then(|cause| {
+                let first = (&self.first.1, first_noise);
+                let freed = causes::spin_freely(&self.problem, &self.descent.end, first, policy)?;
+                (freed.fall > cause.fall + 2.0 * self.names.len() as f64).then_some(freed)
+            });
+            if !self.adopt(spins.or(cause)) {
+                break;
+            }
+            estimates = self.estimates()?;
+        }
+        if self.adopt(causes::widen_rate(&self.problem, &self.descent.end, &estimates, policy)) {
+            estimates = self.estimates()?;
+        }
+        Ok(estimates)
+    }
+
+    /// Returns the variance of the outcomes about what the shots have in common over that of the
+    /// noise, if it is greater than by chance.
+    fn scatter(&self, estimates: &Estimates) -> Option<f64> {
+        let distances: Vec<f64> = self.descent.end.shots[0].iter().filter_map(block::distance).collect();
+        let square = distances.iter().map(|distance| distance * distance).sum::<f64>();
+        let numbers = (Id::OFFSETS.len() * distances.len()) as f64;
+        let dof = numbers - estimates.count_data(&self.problem);
+        let is_improbable = dof >= 1.0 && tail(square, dof) < self.policy.improbable;
+        (is_improbable && !self.problem.is_robust()).then_some(square / dof)
+    }
+
+    /// Goes on with residuals that count as if outcomes scattered so.
+    fn scatter_by(&mut self, scatter: f64) {
+        let Some(film) = self.problem.film_mut() else { return };
+        film.scatter = scatter;
+        let state = self.descent.end.state.clone();
+        self.descent = descend_with_noise(&mut self.problem, state);
+    }
+
     /// Returns the noise of the frames of each ball.
     fn noise(&self) -> [Noise; 2] {
         self.problem.film().map_or([Noise { sd: f64::NAN, rho: 0.0 }; 2], |film| film.noise)
@@ -275,6 +337,14 @@ impl<'a> Run<'a> {
         }
         if let Some(covariance) = robust_covariance(&self.problem, &self.descent.end, &estimates) {
             estimates.covariance = covariance;
+        }
+        if self.problem.film().is_some_and(|film| film.scatter > 1.0)
+            && let Some(scattered) = scattered_covariance(&self.problem, &self.descent.end, &estimates)
+        {
+            // that of few shots may be too small
+            let growth = scattered.diagonal().component_div(&estimates.covariance.diagonal());
+            let growth = DMatrix::from_diagonal(&growth.map(|growth| growth.sqrt().max(1.0)));
+            estimates.covariance = &growth * &estimates.covariance * &growth;
         }
         let names = vec![self.names];
         Solution { findings: self.findings, ..Solution::new(self.problem, self.descent, estimates, names) }

@@ -180,6 +180,13 @@ impl Contribution {
         self.part = Some(Part { loss, distance });
     }
 
+    /// Makes residuals count as if their variance were so many times as large.
+    pub(crate) fn spread(mut self, scatter: f64) -> Self {
+        self.products /= scatter;
+        self.cost /= scatter;
+        self
+    }
+
     /// Returns the weight of the shot by its loss, 1 by least squares.
     pub(crate) fn weight(&self) -> f64 {
         self.part.map_or(1.0, |part| part.loss.weight(part.distance))

@@ -100,6 +100,8 @@ pub(crate) struct FilmBlock {
     pub(crate) noise: [Noise; 2],
     /// Whether the noise of every frame is stated.
     pub(crate) states_noise: bool,
+    /// Variance of the outcomes about what the shots have in common, over that of the noise.
+    pub(crate) scatter: f64,
     /// How outlying shots count; `None`: by least squares.
     pub(crate) loss: Option<ShotLoss>,
 }
@@ -140,7 +142,7 @@ impl FilmBlock {
             let sights = self.look(shot, (ball, pieces), own, shared);
             add_track(&mut total, sights, pieces, &columns, [ball; 2]);
         }
-        total.or_impossible()
+        total.or_impossible().spread(self.scatter)
     }
 
     /// Returns the impact of a shot.
@@ -284,7 +286,7 @@ fn from_corner(own: &Own, add_up: impl Fn(&Own) -> Contribution) -> Contribution
 
 /// Returns how far outcome offsets are from 0 in their standard deviations; `None` if the frames do
 /// not determine them.
-fn distance(sums: &Contribution) -> Option<f64> {
+pub(crate) fn distance(sums: &Contribution) -> Option<f64> {
     let (information, gradient) = sums.reduced(&Id::OFFSETS)?;
     let square = gradient.dot(&information.cholesky()?.solve(&gradient));
     square.is_finite().then(|| square.max(0.0).sqrt())

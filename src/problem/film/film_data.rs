@@ -135,6 +135,7 @@ impl Film<FilmBlock> {
             contact: Contact::new(&modelling.model, &unknowns),
             noise: [noise; 2],
             states_noise,
+            scatter: 1.0,
             loss: (modelling.loss != Loss::Squares).then(|| ShotLoss::new(modelling.loss, Id::OFFSETS.len())),
         };
         Ok(Self { block, unknowns, own, names, left_out, findings, unit, middle })

@@ -79,6 +79,7 @@ pub(crate) fn information(
         contact: Contact::new(model, unknowns),
         noise: [Noise { sd: filming.sd, rho: 0.0 }; 2],
         states_noise: true,
+        scatter: 1.0,
         loss: None,
     };
     let made = samples.par_iter().enumerate().map(|(i, planned)| planned.filmed(i, filming, &film, shared));
