@@ -13,12 +13,12 @@ use crate::physics::collision::MASS_RATIOS;
 /// specification.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, JsonSchema)]
 pub(crate) struct BallSection {
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(range(max = 0.2), extend("exclusiveMinimum" = 0))]
     pub(crate) radius_m: Option<f64>,
     /// Standard deviation of the radius, m; `None`: exact.
     #[schemars(range(min = 0))]
     pub(crate) radius_m_sd: Option<f64>,
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(range(max = 10), extend("exclusiveMinimum" = 0))]
     pub(crate) mass_kg: Option<f64>,
     /// Standard deviation of the mass, kg. `None`: exact in a SPEC.toml, that of a kitchen scale in
     /// a dataset.toml.

@@ -82,7 +82,7 @@ pub(crate) fn collide_all(
     let problems = Problems::new(format!("the cases {} cannot be computed:", path.display()));
     let columns: Vec<Column> = NUMBERS.split(' ').chain(OPTIONAL).map(|name| (name, 1.0, FINITE)).collect();
     let Some(table) = Table::read(path, &problems) else { return Err(problems.into_error()) };
-    let table = table.with("name", &columns, &format!("name {NUMBERS}"));
+    let table = table.with("name", &columns, &format!("name {NUMBERS}"), "");
     let mut collided = Vec::new();
     for row in table.rows() {
         let at = |column| table.at(column, row).map(|number| number.value);

@@ -9,6 +9,7 @@ use minijinja::context;
 use toml::Value;
 
 use super::error::Problem;
+use super::table::near_miss;
 use super::text::{SEPARATORS, beginning, decode, filled_lines, trimmed, without_separator_line};
 use super::tracking::{KNOWN, Survey};
 use crate::words::Sentences;
@@ -259,9 +260,10 @@ fn look(file: &Path) -> Result<Seen, Problem> {
     let text = text(file)?;
     let names = names(&text);
     let has = |name: &str| names.iter().any(|own| own == name);
+    let is_near = |own: &String| near_miss(own, &["cut_deg"], |_| false).is_some();
     let (kind, survey) = if has("nx") && has("ny") && has("cue_vx") {
         ("impacts", Survey::default())
-    } else if has("cut_deg") {
+    } else if has("cut_deg") || names.iter().any(is_near) {
         ("angles", Survey::default())
     } else {
         let is_odd = |c: char| c == char::REPLACEMENT_CHARACTER || c.is_control() && !c.is_whitespace();

@@ -139,21 +139,17 @@ impl Problems {
 }
 
 /// Returns the similarity in any case: Jaro–Winkler, plus 1 if one slip of the pen is between them.
-pub(crate) fn similarity(word: &str, name: &str) -> f64 {
+fn similarity(word: &str, name: &str) -> f64 {
     let (word, name) = (word.to_lowercase(), name.to_lowercase());
     let one_slip = name.len() > 1 && strsim::damerau_levenshtein(&word, &name) <= 1;
     strsim::jaro_winkler(&word, &name) + f64::from(one_slip)
 }
 
-/// Returns the name that a word was probably meant to be.
-pub(crate) fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    /// Least similarity: less than that of a short word with two letters swapped.
-    const MIN_SIMILARITY: f64 = 0.75;
-    let near = names.into_iter().max_by(|a, b| similarity(word, a).total_cmp(&similarity(word, b)))?;
-    (similarity(word, near) > MIN_SIMILARITY).then_some(near)
-}
-
 /// Returns ` (did you mean "throw_deg"?)`, or an empty text if no name is similar.
 pub(crate) fn did_you_mean<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> String {
-    nearest(word, names).map_or(String::new(), |name| format!(" (did you mean \"{name}\"?)"))
+    /// Least similarity: less than that of a short word with two letters swapped.
+    const MIN_SIMILARITY: f64 = 0.75;
+    let near = names.into_iter().max_by(|a, b| similarity(word, a).total_cmp(&similarity(word, b)));
+    let near = near.filter(|near| similarity(word, near) > MIN_SIMILARITY);
+    near.map_or(String::new(), |name| format!(" (did you mean \"{name}\"?)"))
 }

@@ -15,7 +15,7 @@ use std::collections::{HashMap, HashSet};
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
-use error::{Problems, did_you_mean, nearest, similarity};
+use error::{Problems, did_you_mean};
 use manifest::{Keys, Manifest, StatedSpin};
 use polars::prelude::{DataFrame, PolarsResult, df};
 use schemars::Schema;
@@ -211,7 +211,7 @@ fn add_rows(dataset: &mut Dataset, file: &Path, kind: Kind, assume: StatedSpin, 
     if let Some(by) = by {
         check_label(by, &table, source);
     }
-    let table = table.with("shot cue_spin", &columns, required);
+    let table = table.with("shot cue_spin", &columns, required, by.unwrap_or_default());
     check_observed(&table, observables);
     for (row, stated) in table.spins(omega, assume).into_iter().enumerate() {
         let at = |column: &str| table.at(column, row);
@@ -252,11 +252,8 @@ fn check_observed(table: &Table, observables: &[Observable]) {
     let all: Vec<&str> = observables.iter().map(|observable| observable.column()).collect();
     let columns: Vec<&str> = all.iter().copied().filter(|name| table.has(name)).collect();
     if columns.is_empty() {
-        let near = table.labels().filter_map(|name| Some((name, nearest(name, all.iter().copied())?)));
-        let near = near.max_by(|a, b| similarity(a.0, a.1).total_cmp(&similarity(b.0, b.1)));
-        let hint = near.map_or(String::new(), |(name, near)| format!("; is \"{name}\" meant to be {near}?"));
         let expected = all.join(", ");
-        let message = format!("no column of anything observed; expected at least one of {expected}{hint}");
+        let message = format!("no column of anything observed; expected at least one of {expected}");
         return table.wrong(None, None, message);
     }
     for name in &columns {

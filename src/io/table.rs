@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::error::{Problems, did_you_mean, nearest};
+use super::error::{Problems, did_you_mean};
 use super::manifest::StatedSpin;
 use super::text::{
     Mark, Place, Slip, cells, filled_lines, line_end, name_of, parse, read_utf8, value,
@@ -43,12 +43,12 @@ struct Record {
 
 impl<'a> Table<'a> {
     /// Gives columns of texts and of numbers their meanings. Complains about names that are nearly
-    /// known, about gaps in `required` columns, numbers out of range and standard deviations that
-    /// are not positive.
-    pub(crate) fn with(mut self, texts: &'static str, columns: &[Column], required: &str) -> Self {
+    /// known, except the label `by`, about gaps in `required` columns, numbers out of range and
+    /// standard deviations that are not positive.
+    pub(crate) fn with(mut self, texts: &'static str, columns: &[Column], required: &str, by: &str) -> Self {
         self.known = texts.split(' ').chain(columns.iter().map(|(name, ..)| *name)).collect();
         self.numbers = columns.to_vec();
-        self.check_names(required);
+        self.check_names(required, by);
         for (name, unit_si, range) in columns.iter().filter(|(name, ..)| self.has(name)) {
             self.check_numbers(name, *unit_si, *range, "out of range");
             self.check_numbers(&format!("{name}_sd"), *unit_si, POSITIVE, "not a standard deviation");
@@ -162,24 +162,20 @@ impl<'a> Table<'a> {
     }
 
     /// Complains about missing columns and gaps, a `…_sd` alone, and nearly known names.
-    fn check_names(&self, required: &str) {
+    fn check_names(&self, required: &str, by: &str) {
         let known = &self.known;
-        for name in self.names() {
+        for name in self.names().filter(|name| *name != by) {
             let value = name.strip_suffix("_sd").filter(|value| known.contains(value) && !self.has(value));
             if let Some(value) = value {
                 self.wrong(None, name, format!("there is no column {value} that it belongs to"));
-            } else if let Some(meant) = near_miss(name, known, |name| self.has(name)) {
-                let message = format!(
-                    "is not a known name, but nearly {meant}; write {meant}, or give a label that is called so another name"
-                );
+            } else if let Some(advice) = near_miss(name, known, |name| self.has(name)) {
+                let message = format!("{advice}, or give a label that is called so another name");
                 self.wrong(None, name, message);
             }
         }
         for column in required.split(' ') {
             if !self.has(column) {
-                let near = nearest(column, self.names().filter(|name| !known.contains(name)));
-                let near = near.map_or(String::new(), |name| format!("; is \"{name}\" meant to be it?"));
-                self.wrong(None, column, format!("is missing from the column names{near}"));
+                self.wrong(None, column, "is missing from the column names");
                 continue;
             }
             for row in self.rows().filter(|row| self.is_gap(column, *row)) {
@@ -251,24 +247,46 @@ impl<'a> Table<'a> {
 /// Words for standard deviation, after or before the name of a column.
 const SPREADS: &str = "std sdev stdev stddev std_dev err error sigma unc uncertainty se stderr std_err sd";
 
-/// Returns the known name, or its `…_sd`, that a name resembles and the table lacks: by another
-/// word for standard deviation, or by a slip of the pen in five letters, or two in nine.
+/// Units at the ends of names; known names have the first two.
+const UNITS: &str = "deg m_s rad degree degrees mph km_h kmh kph cm_s mm_s ft_s in_s";
+/// Parts of names, and by what they are replaced before names are compared.
+const SYNONYMS: &str =
+    "frame_rate=fps framerate=fps skipped=skip omega_=w object_=obj_ _angle= _hz= capture_= cue_=";
+
+/// Splits a name in small letters into its quantity and its unit, which may be empty.
+fn quantity(name: &str) -> (String, &str) {
+    let (name, sd) = name.strip_suffix("_sd").map_or((name, ""), |name| (name, "_sd"));
+    let bare = |unit| Some((name.strip_suffix(unit)?.strip_suffix('_')?, unit));
+    let (bare, unit) = UNITS.split(' ').find_map(bare).unwrap_or((name, ""));
+    let synonyms = SYNONYMS.split(' ').filter_map(|pair| pair.split_once('='));
+    let bare = synonyms.fold(bare.to_owned(), |bare, (word, other)| bare.replace(word, other));
+    (bare + sd, unit)
+}
+
+/// Returns advice to write the known name, or its `…_sd`, that a name resembles and the table
+/// lacks: by another word for standard deviation, by the quantity with another unit or without one,
+/// or by a slip of the pen in five letters, or two in nine.
 pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) -> Option<String> {
     if known.contains(&name.strip_suffix("_sd").unwrap_or(name)) {
         return None;
     }
-    let plain = name.to_lowercase().replace([' ', '-', '.'], "_");
+    let plain = name.to_lowercase().replace([' ', '-', '.', '/'], "_").replace(['[', ']', '(', ')'], "");
     let bare = |word: &str| {
         let rest = plain.strip_suffix(word).or_else(|| plain.strip_prefix(word))?;
         Some(rest.trim_matches('_')).filter(|rest| known.contains(rest))
     };
     let plain = SPREADS.split(' ').find_map(bare).map_or(plain.clone(), |of| format!("{of}_sd"));
+    let (stated, unit) = quantity(&plain);
     let names = known.iter().flat_map(|name| [(*name).to_owned(), format!("{name}_sd")]);
     let slips = |known: String| {
         let slips = strsim::damerau_levenshtein(&plain, &known);
-        (slips <= (2 * known.len() / 9).min(2) && !has(&known)).then_some((slips, known))
+        let is_near = slips <= (2 * known.len() / 9).min(2) || quantity(&known).0 == stated;
+        (is_near && !has(&known)).then_some((slips, known))
     };
-    names.filter_map(slips).min().map(|(_, known)| known)
+    let (_, meant) = names.filter_map(slips).min()?;
+    let is_other = !unit.is_empty() && !unit.starts_with(quantity(&meant).1);
+    let convert = if is_other { "convert the numbers and " } else { "" };
+    Some(format!("is not a known name, but nearly {meant}; {convert}write {meant}"))
 }
 
 /// Returns the most likely separator: the most frequent one in the line of names.

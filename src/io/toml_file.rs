@@ -172,7 +172,7 @@ impl<'a> Source<'a> {
             DeValue::String(word) => {
                 let known: Vec<&str> = meant.iter().flat_map(|schema| words(schema)).collect();
                 if !known.is_empty() && !known.contains(&word.as_ref()) {
-                    let (near, expected) = (did_you_mean(word, known), expected(&meant));
+                    let (near, expected) = (did_you_mean(word, known), expected(&all));
                     self.wrong_at(&span, format!("unknown word \"{word}\"{near}; expected {expected}"));
                 }
             }
@@ -194,7 +194,9 @@ impl<'a> Source<'a> {
             expected.push(format!("{words} {bound}"));
         }
         if !is_good {
-            self.wrong_at(span, Fault::new(key, self.shown(span), expected.join(", ")).to_string());
+            let units = [("_m", ", in metres"), ("_kg", ", in kilograms")];
+            let unit = units.into_iter().find(|(end, _)| key.ends_with(end)).map_or("", |(_, unit)| unit);
+            self.wrong_at(span, Fault::new(key, self.shown(span), expected.join(", ") + unit).to_string());
         }
     }
 

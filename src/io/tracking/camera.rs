@@ -53,7 +53,7 @@ pub(super) enum Word {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(untagged)]
 pub(super) enum NumberOr<Word> {
-    Number(#[schemars(extend("exclusiveMinimum" = 0))] f64),
+    Number(#[schemars(range(max = 100_000), extend("exclusiveMinimum" = 0))] f64),
     Word(Word),
 }
 

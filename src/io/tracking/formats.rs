@@ -28,9 +28,8 @@ fn long(headings: &[Heading], job: Job) -> Option<Layout> {
     };
     let heading = headings.iter().find(is_long)?.clone();
     for name in heading.own.iter().filter(|name| !LONG.contains(&name.as_str())) {
-        if let Some(meant) = near_miss(name, &LONG, |name| heading.at(name).is_some()) {
-            let message = format!("is not a known name, but nearly {meant}; write {meant}, or another name");
-            job.wrong(heading.line, name.as_str(), message);
+        if let Some(advice) = near_miss(name, &LONG, |name| heading.at(name).is_some()) {
+            job.wrong(heading.line, name.as_str(), format!("{advice}, or another name"));
             return None;
         }
     }

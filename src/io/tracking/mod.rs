@@ -32,7 +32,7 @@ use super::manifest::{Manifest, StatedSpin};
 use super::table::{OMEGA, Table};
 use super::toml_file::Source;
 use crate::measurement::dataset::Tracks;
-use crate::measurement::fault::{FINITE, POSITIVE};
+use crate::measurement::fault::{Condition, FINITE};
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 
@@ -44,7 +44,7 @@ const MIN_SHOTS_PER_CORE: usize = 64;
 /// Loads every file of the manifest; adds to the problems.
 pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Source) -> Tracks {
     let (path, problems) = (source.path, source.problems);
-    let table = ShotsTable::read(settings, manifest.assume, problems);
+    let table = ShotsTable::read(settings, manifest, problems);
     if let Some(by) = manifest.dataset.by.as_ref().filter(|by| !table.others.labels.contains_key(*by)) {
         let message =
             format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
@@ -178,6 +178,8 @@ fn hash_places(shot: &TrackShot) -> u64 {
     hasher.finish()
 }
 
+/// Frame rates of cameras, frames/s.
+const RATE: Condition = (|fps| fps > 0.0 && fps <= 1e5, "more than 0, at most 100000");
 /// Columns of the table of shots with a meaning; all others are labels.
 pub(super) const KNOWN: &str =
     "shot cue_spin omega_x omega_y omega_z skip note file cue object cue_markers object_markers capture_fps";
@@ -220,7 +222,8 @@ struct ShotsTable<'a> {
 }
 
 impl<'a> ShotsTable<'a> {
-    fn read(settings: &'a TrackSettings, assumed: StatedSpin, problems: &'a Problems) -> Self {
+    fn read(settings: &'a TrackSettings, manifest: &Manifest, problems: &'a Problems) -> Self {
+        let (assumed, by) = (manifest.assume, manifest.dataset.by.as_deref().unwrap_or_default());
         let capture_fps = settings.fps();
         let others =
             Facts { stated: assumed, names: settings.names.clone(), capture_fps, ..Facts::default() };
@@ -228,7 +231,7 @@ impl<'a> ShotsTable<'a> {
         let read = |path: &PathBuf| Table::read(path, problems);
         let Some(table) = settings.shots.as_ref().and_then(read) else { return all };
         let [x, y, z] = OMEGA.map(|name| (name, 1.0, FINITE));
-        let table = table.with(KNOWN, &[x, y, z, ("capture_fps", 1.0, POSITIVE)], "shot");
+        let table = table.with(KNOWN, &[x, y, z, ("capture_fps", 1.0, RATE)], "shot", by);
         all.note = table.note(None);
         all.others.labels = table.labels().map(|label| (label.to_owned(), String::new())).collect();
         for (row, stated) in table.spins(OMEGA, assumed).into_iter().enumerate() {
