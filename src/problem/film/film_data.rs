@@ -163,17 +163,13 @@ fn guess_all(shots: Vec<TrackShot>, from_balls: bool, left_out: &mut Vec<(String
         }
     }
     let is_moving = |why: &Unusable| matches!(why, Unusable::ObjectMoving { .. });
-    let are_interchanged = guessed.is_empty() && refused.iter().all(|(_, why)| is_moving(why));
-    let suffix = match (are_interchanged, refused.len()) {
-        (false, _) => "",
-        (true, 1) => ": are cue and object interchanged ([tracks] cue, object)?",
-        (true, _) => ", as in all shots: are cue and object interchanged ([tracks] cue, object)?",
-    };
+    let are_all = guessed.is_empty() && refused.len() > 1 && refused.iter().all(|(_, why)| is_moving(why));
+    let in_all = if are_all { ", as in all shots" } else { "" };
     for (name, why) in refused {
         // a speed has a meaning only in a known unit
-        let is_without_scale = is_moving(&why) && from_balls && guessed.is_empty();
-        let words = if is_without_scale { MOVING.to_owned() } else { why.to_string() };
-        left_out.push((name, words + suffix));
+        let words = if is_moving(&why) && from_balls { MOVING.to_owned() } else { why.to_string() };
+        let hint = format!("{in_all}: are cue and object interchanged ([tracks] cue, object)?");
+        left_out.push((name, if is_moving(&why) { words + &hint } else { words }));
     }
     guessed
 }
