@@ -204,7 +204,10 @@ impl Keys {
         let mut files = IndexSet::new();
         for (place, text) in self.files.iter().enumerate() {
             let wrong = |message: String| source.wrong(&format!("files.{place}"), message);
-            match glob::glob(&escaped.join(text).to_string_lossy()) {
+            // a name with brackets is itself, if there is such a file
+            let is_name = folder.join(text).is_file();
+            let pattern = if is_name { glob::Pattern::escape(text) } else { text.clone() };
+            match glob::glob(&escaped.join(pattern).to_string_lossy()) {
                 Ok(paths) => {
                     let mut paths = paths.flatten().filter(|path| path.is_file()).peekable();
                     if paths.peek().is_none() {

@@ -2,7 +2,7 @@
 
 use super::camera::Calibration;
 use super::names::{assign, find, find_discs};
-use super::raw::{Job, RawShot, RawTrack, Row, Subject, jump_speed, sorted};
+use super::raw::{Job, RawShot, RawTrack, Row, Subject, jump_speed, sorted, stem};
 use super::repair::{self, Wrong, remove_lost};
 use super::settings::TrackSettings;
 use super::words::Unit;
@@ -88,6 +88,11 @@ fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
 pub(super) fn follow(shots: &mut [RawShot], job: Job) {
     for shot in shots {
         let rows: Vec<Row> = shot.tracks.iter().flat_map(RawTrack::seen).copied().collect();
+        if rows.windows(2).all(|two| two[0].time < two[1].time) {
+            // a file of one ball
+            shot.tracks.iter_mut().for_each(|track| track.name = stem(job.file).into_owned());
+            continue;
+        }
         let (mut tracks, mut others) = (vec![RawTrack::default(); 2], Vec::new());
         for frame in rows.chunk_by(|a, b| a.time == b.time) {
             let followed = nearest([0, 1].map(|ball: usize| tracks[ball].rows.last()), frame);
@@ -102,9 +107,9 @@ pub(super) fn follow(shots: &mut [RawShot], job: Job) {
             job.note(Subject::Gaps, *first, message);
         }
         shot.tracks = tracks;
+        let message = "rows do not name the ball: both balls are followed from frame to frame, and the one that moves first is the cue ball";
+        job.note(Subject::Names, None, message);
     }
-    let message = "rows do not name the ball: both balls are followed from frame to frame, and the one that moves first is the cue ball";
-    job.note(Subject::Names, None, message);
 }
 
 /// Names the tracks that were followed: the first to move is the cue ball.

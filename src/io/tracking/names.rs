@@ -141,7 +141,10 @@ fn single(shot: &RawShot, balls: [&str; 2]) -> Option<Single> {
         return None;
     }
     // the name without the ball's, for either ball; the files of Tracker's mass A are named A
-    let rests = |text: &str| balls.map(|ball| without(text, ball).or_else(|| without(text, last_word(ball))));
+    let has_last = last_word(balls[0]) != last_word(balls[1]);
+    let last = |text: &str, ball: &str| without(text, last_word(ball)).filter(|_| has_last);
+    let whole = |text: &str, ball: &str| without(text, ball).filter(|rest| !rest.is_empty());
+    let rests = |text: &str| balls.map(|ball| whole(text, ball).or_else(|| last(text, ball)));
     let mut keys = rests(&stem).map(|rest| Some((rest?, folder)));
     if keys == [None, None] {
         // cue/1.csv and object/1.csv
@@ -158,12 +161,17 @@ fn single(shot: &RawShot, balls: [&str; 2]) -> Option<Single> {
     Some(Single { ball, key: (key, folder.map(Path::to_path_buf)) })
 }
 
-/// Returns the words of a name without the ball's; `None` if the ball is not among them.
+/// Returns the words of a name without the ball's; `None` unless these are among them once.
 fn without(stem: &str, ball: &str) -> Option<String> {
     let is_between = |c: char| c.is_whitespace() || matches!(c, '-' | '_' | '.');
-    let words = stem.split(is_between).filter(|word| !word.is_empty());
-    let (balls, rest): (Vec<&str>, Vec<&str>) = words.partition(|word| word.eq_ignore_ascii_case(ball));
-    (balls.len() == 1).then(|| rest.join("-"))
+    let words = |text: &str| {
+        format!("-{}-", text.split(is_between).filter(|word| !word.is_empty()).collect::<Vec<_>>().join("-"))
+    };
+    let (stem, ball) = (words(stem), words(ball).to_ascii_lowercase());
+    let small = stem.to_ascii_lowercase();
+    let mut places = small.match_indices(&ball).map(|(at, _)| at);
+    let (Some(at), None) = (places.next(), places.next()) else { return None };
+    Some(format!("{}{}", &stem[..at], &stem[at + ball.len() - 1..]).trim_matches('-').to_owned())
 }
 
 /// Puts the folder before equal names of shots, as of A/1.csv and B/1.csv.

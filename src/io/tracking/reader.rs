@@ -64,7 +64,8 @@ fn with_width<'a>(mut cells: Vec<Cow<'a, str>>, layout: &Layout) -> Result<Vec<C
     } else {
         ""
     };
-    Err(format!("{} cells; expected {width}, as in line {}{hint}", cells.len(), layout.heading.line))
+    let names = if cells.len() == width + 1 { " (from R: write row.names = FALSE)" } else { "" };
+    Err(format!("{} cells; expected {width}, as in line {}{hint}{names}", cells.len(), layout.heading.line))
 }
 
 /// Rows already read, sorted into shots and tracks, and the properties that all cells share.
@@ -132,7 +133,9 @@ impl<'a> Reader<'a> {
             let is_centre = ["", "centre", "center"].iter().any(|word| point.eq_ignore_ascii_case(word));
             let point = (!is_centre).then_some(point);
             let tracks = &mut self.shots[shot].tracks;
-            let is_it = |known: &RawTrack| known.point.as_deref() == point && known.name == name;
+            // hands write White and white for one ball
+            let is_name = |own: &str| own == name || layout.ball.is_some() && own.eq_ignore_ascii_case(name);
+            let is_it = |known: &RawTrack| known.point.as_deref() == point && is_name(&known.name);
             let track = tracks.iter().position(is_it).unwrap_or_else(|| {
                 let (name, point) = (name.to_string(), point.map(str::to_string));
                 let is_angle = body.angle.is_some();
