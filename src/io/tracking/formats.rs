@@ -1,6 +1,6 @@
 //! Formats of tables that are recognised by their content.
 
-use super::heading::{Heading, Rows};
+use super::heading::{Heading, MAX_TRACKS, Rows};
 use super::raw::{Job, Stated, Subject, listed, stem};
 use super::reader::{Body, Layout};
 use super::settings::Format;
@@ -41,7 +41,8 @@ fn long(headings: &[Heading], job: Job) -> Option<Layout> {
         return None;
     }
     let at = |name: &str| heading.at(name).filter(|_| LONG.contains(&name));
-    let (shot, time) = (at("shot"), job.frame_or_time(at("frame"), at("t")));
+    let shot = at("shot");
+    let time = heading.clock([at("frame"), at("t"), shot], job);
     let bodies = Body::of_keys("", "", |_| None, at)?;
     let ball = at("ball");
     Some(Layout { shot, ball, ..Layout::new(Format::Long, heading, bodies, time, job) })
@@ -50,15 +51,15 @@ fn long(headings: &[Heading], job: Job) -> Option<Layout> {
 /// Finds exports of Tracker: of one track, or of several beside or below each other.
 fn tracker(headings: &[Heading], job: Job) -> Option<Layout> {
     let heading = headings.iter().find(|heading| !heading.is_comment && is_tracker(heading))?.clone();
-    let time = job.frame_or_time(heading.at("frame"), heading.at("t").or(heading.at("time")))?;
+    let time = heading.clock([heading.at("frame"), heading.at("t").or(heading.at("time")), None], job)?;
     // each track was copied below the last
     let header = lines(job.text).nth(heading.line - 1).map_or("", |(_, line)| line.trim_end());
     let heads = lines(job.text).filter(|(_, line)| line.trim_end() == header);
     let heads: Vec<usize> = heads.map(|(line, _)| line).collect();
     let are_below = heads.len() > 1;
     // several balls below each other
-    let are_two = || Rows::of(job.text, &heading).are_pairs(time.0, None);
-    if !are_below && heading.own.iter().filter(|name| *name == "x").count() == 1 && are_two() {
+    let are_several = || Rows::of(job.text, &heading).are_shared(time.0, None, MAX_TRACKS);
+    if !are_below && heading.own.iter().filter(|name| *name == "x").count() == 1 && are_several() {
         return None;
     }
     let is_number = |cell: &str| !cell.is_empty() && value(cell).is_some();
@@ -211,7 +212,7 @@ fn qualisys(_: &[Heading], job: Job) -> Option<Layout> {
     let columns = (counts.len()..).step_by(3);
     let bodies = markers.iter().zip(columns).map(|(name, x)| Body::new(*name, [x, x + 1])).collect();
     if is_counted {
-        Rows::of(job.text, &heading).check_clock(&heading, [0, 1], fps, job);
+        heading.check_clock([0, 1], None, fps, job);
     }
     let rows = heading.lines_below(job.text).count();
     if let Some(stated) = number("NO_OF_FRAMES").filter(|stated| *stated != rows as f64) {

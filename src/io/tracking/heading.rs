@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use super::raw::Job;
 use super::time::{first_apart, resolution};
-use super::words::Unit;
+use super::words::{Unit, is_angle};
 use crate::io::text::{SEPARATORS, Separator, filled_lines, parse, trimmed, unmarked, value};
 
 /// Maximum number of lines of titles above the names of columns, as spreadsheets have.
@@ -145,6 +145,36 @@ impl Heading {
         self.unit([column], Unit::S, stated, job).unwrap_or(Unit::S)
     }
 
+    /// Returns the column of frame numbers (flag) or of times to be read; complains if both are
+    /// there and contradict each other.
+    pub(super) fn clock(&self, columns: [Option<usize>; 3], job: Job) -> Option<(usize, bool)> {
+        let [frame, time, shot] = columns;
+        let video = &job.settings.video;
+        let rate = video.playback_fps.or(job.settings.fps()).filter(|_| !video.has_unknown_rate());
+        if let (Some(frame), Some(time), Some(rate)) = (frame, time, rate) {
+            self.check_clock([frame, time], shot, rate, job);
+        }
+        job.frame_or_time(frame, time)
+    }
+
+    /// Complains if a column of frames and one of times contradict each other in the first shot.
+    pub(super) fn check_clock(&self, columns: [usize; 2], shot: Option<usize>, rate: f64, job: Job) {
+        let unit = self.time(columns[1], job);
+        let Some(second) = unit.seconds() else { return };
+        let mut rows = Rows::of(job.text, self);
+        rows.0.truncate(rows.0.iter().take_while(|row| shot.is_none_or(|i| row[i] == rows.0[0][i])).count());
+        let [Some(frames), Some(times)] = columns.map(|column| rows.numbers(column)) else { return };
+        let Some(row) = first_apart(&frames, &times, resolution(&times), rate * second) else { return };
+        let [frame, time] = columns.map(|column| self.names[column].as_str());
+        let since =
+            format!("{} frames, but {} {}", frames[row] - frames[0], times[row] - times[0], unit.name());
+        let message = format!(
+            "{frame} and {time} contradict each other at {rate} fps: this row is {since} after the first one; expected columns that \
+             agree, or one of them in [tracks.columns], or another frame rate"
+        );
+        job.wrong(self.lines_below(job.text).nth(row).map(|(line, _)| line), time, message);
+    }
+
     /// Returns the units in a further line of the header, of units or names; `None` for a row.
     fn further(&self, row: &str) -> Option<Vec<Option<Unit>>> {
         let cells = trimmed(row, self.separator).filter(|cells| cells.len() <= self.names.len() + 1)?;
@@ -162,12 +192,12 @@ impl Heading {
 
 /// Splits `x_mm` into `x` and mm; `None` if the last word is not a unit or does not suit the name.
 fn suffix(name: &str) -> Option<(&str, Unit)> {
-    let (bare, word) = name.rsplit_once('_')?;
+    let (bare, word) = name.rsplit_once('_').or_else(|| name.rsplit_once(" in "))?;
     let unit = Unit::of(word).filter(|_| !word.is_empty() && !bare.is_empty())?;
     let small = bare.to_lowercase();
     let fits = match unit.si() {
         Unit::M => unit != Unit::In && small.contains(['x', 'y']),
-        Unit::S => small.starts_with(['t', 'z']),
+        Unit::S => small.starts_with(['t', 'z']) || small == "elapsed",
         _ => ["ang", "theta", "rot", "phi"].iter().any(|word| small.starts_with(word)),
     };
     fits.then_some((bare, unit))
@@ -219,7 +249,7 @@ fn repeated(names: &[String]) -> Vec<bool> {
 /// Maximum number of rows examined.
 const MAX_ROWS: usize = 20_000;
 /// Maximum number of tracks of balls in a file.
-const MAX_TRACKS: usize = 20;
+pub(super) const MAX_TRACKS: usize = 20;
 
 pub(super) struct Rows(Vec<Vec<String>>);
 
@@ -273,10 +303,20 @@ impl Rows {
         rows.all(|(shot, number)| last.insert(shot, number).is_none_or(|before| before < number))
     }
 
-    /// Returns whether most values of a column stand in two rows of their shot.
-    pub(super) fn are_pairs(&self, column: usize, shot: Option<usize>) -> bool {
+    /// Returns the columns that grow from row to row of each shot and may be times: not angles, nor
+    /// numbers of the rows.
+    pub(super) fn growing(&self, heading: &Heading, shot: Option<usize>) -> impl Iterator<Item = usize> {
+        let names = heading.small().into_iter().enumerate();
+        let named = names.filter(|(_, name)| !name.is_empty() && !is_angle(name)).map(|(column, _)| column);
+        let counts = |numbers: Vec<f64>| numbers.windows(2).all(|two| two[1] - two[0] == 1.0);
+        named.filter(move |i| self.grows(*i, shot) && !self.numbers(*i).is_some_and(counts))
+    }
+
+    /// Returns whether most values of a column stand in two rows of their shot, or up to `most`.
+    pub(super) fn are_shared(&self, column: usize, shot: Option<usize>, most: usize) -> bool {
         let counts = self.counts(&[shot, Some(column)]);
-        counts.len() > 2 && 3 * counts.iter().filter(|count| **count == 2).count() > 2 * counts.len()
+        let shared = counts.iter().filter(|count| (2..=most).contains(*count)).count();
+        counts.len() > 2 && 3 * shared > 2 * counts.len()
     }
 
     /// Returns whether a column has few values, and rows differ only with it.
@@ -284,18 +324,5 @@ impl Rows {
         let values = self.values(column);
         let are_few = (2..=MAX_TRACKS).contains(&values) && 2 * values <= self.0.len();
         are_few && self.counts(&[one, other, Some(column)]).len() == self.0.len()
-    }
-
-    /// Complains if a column of frames and one of seconds contradict each other at a rate.
-    pub(super) fn check_clock(&self, heading: &Heading, columns: [usize; 2], rate: f64, job: Job) {
-        let [Some(frames), Some(seconds)] = columns.map(|column| self.numbers(column)) else { return };
-        let Some(row) = first_apart(&frames, &seconds, resolution(&seconds), rate) else { return };
-        let [frame, time] = columns.map(|column| heading.names[column].as_str());
-        let since = format!("{} frames, but {} s", frames[row] - frames[0], seconds[row] - seconds[0]);
-        let message = format!(
-            "{frame} and {time} contradict each other at {rate} fps: this row is {since} after the first one; expected columns that \
-             agree, or one of them in [tracks.columns], or another frame rate"
-        );
-        job.wrong(heading.lines_below(job.text).nth(row).map(|(line, _)| line), time, message);
     }
 }

@@ -129,7 +129,7 @@ fn by_columns(job: Job, wanted: &Columns) -> Option<Layout> {
     };
     let shot = column("shot");
     let read: Vec<usize> = wanted.keys().filter_map(|key| column(key)).collect();
-    let time = job.frame_or_time(column("frame"), column("t"));
+    let time = heading.clock([column("frame"), column("t"), shot], job);
     let time = time.or_else(|| unnamed_time(&heading, &read, shot, job));
     let [cue, object] = job.settings.first_names();
     let is_wide = wanted.contains_key("cue_x");
@@ -147,7 +147,12 @@ fn by_columns(job: Job, wanted: &Columns) -> Option<Layout> {
     let bodies = bodies.collect::<Option<Vec<_>>>()?.concat();
     if time.is_none() {
         let message = "no column of times: every row is taken as one frame after the row above it";
-        job.note(Subject::Clock, None, message);
+        let rows = Rows::of(job.text, &heading);
+        let growing = rows.growing(&heading, shot).find(|column| !read.contains(column));
+        let growing = growing.map_or(String::new(), |column| {
+            format!("; \"{}\" grows from row to row: is it t or frame?", heading.names[column])
+        });
+        job.note(Subject::Clock, None, format!("{message}{growing}"));
     }
     Some(Layout { shot, ball: column("ball"), ..Layout::new(Format::Columns, heading, bodies, time, job) })
 }
@@ -160,14 +165,7 @@ fn unnamed_time(heading: &Heading, used: &[usize], shot: Option<usize>, job: Job
     let grows = |column: &usize| !used.contains(column) && rows.grows(*column, shot);
     let frame = find(&names, FRAMES).filter(|column| grows(column) && rows.is_whole(*column));
     let time = find(&names, TIMES).filter(grows);
-    let settings = job.settings;
-    let rate = settings.video.playback_fps.or(settings.fps());
-    if let (Some(frame), Some(time), Some(rate)) = (frame, time, rate)
-        && heading.time(time, job) == Unit::S
-    {
-        rows.check_clock(heading, [frame, time], rate, job);
-    }
-    let (column, is_frame) = job.frame_or_time(frame, time)?;
+    let (column, is_frame) = heading.clock([frame, time, shot], job)?;
     let what = if is_frame { "the number of the frame" } else { "the time" };
     let name = &heading.names[column];
     let message = format!("[tracks.columns] names no column of times: \"{name}\" is taken as {what}");
@@ -253,7 +251,9 @@ fn list(raw: &RawValue) -> Vec<&RawValue> {
 }
 
 fn get<'t>(object: &Object<'t>, keys: &[&str]) -> Option<&'t RawValue> {
-    keys.iter().find_map(|key| object.get(*key)).copied()
+    keys.iter()
+        .find_map(|key| object.iter().find(|(own, _)| own.eq_ignore_ascii_case(key)))
+        .map(|(_, raw)| *raw)
 }
 
 /// Returns a value as a cell of a table: text without quotation marks, empty for null.
@@ -294,7 +294,8 @@ impl File<'_> {
         let not_json = |error: serde_json::Error| {
             let message = error.to_string();
             let bare = message.rsplit_once(" at line ").map_or(message.as_str(), |(bare, _)| bare);
-            self.job.wrong(error.line(), None, format!("is not JSON: {bare}"));
+            let hint = if self.job.text.contains("NaN") { "; expected null, not NaN" } else { "" };
+            self.job.wrong(error.line(), None, format!("is not JSON: {bare}{hint}"));
         };
         let whole: &RawValue = serde_json::from_str(self.job.text).map_err(not_json).ok()?;
         let root = object(whole);

@@ -6,7 +6,7 @@ use std::path::Path;
 use indexmap::IndexMap;
 use minijinja::{Value as Values, context};
 
-use super::heading::{Heading, Rows, TITLES, headings};
+use super::heading::{Heading, MAX_TRACKS, Rows, TITLES, headings};
 use super::names::groups;
 use super::raw::{Job, Notes, RawShot, RawTrack, quoted, sorted, span};
 use super::read;
@@ -243,7 +243,10 @@ fn columns(text: &str) -> Option<[Columns; 2]> {
 fn numbered(rows: &Rows, width: usize) -> Option<[Columns; 2]> {
     let keys = match width {
         7.. if rows.is_whole(0) && rows.values(1) > 1 && rows.is_whole(1) => "frame ball x y width height",
-        7.. if rows.are_pairs(0, None) => "frame - x y width height",
+        7.. if rows.are_shared(0, None, 2) => "frame - x y width height",
+        4 if rows.are_shared(0, None, MAX_TRACKS) && rows.distinguishes_rows(1, [Some(0), None]) => {
+            "frame ball x y"
+        }
         4 => "cue_x cue_y object_x object_y",
         5 if rows.is_whole(0) => "frame cue_x cue_y object_x object_y",
         5 => "t cue_x cue_y object_x object_y",
@@ -263,6 +266,10 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
         all.iter().filter(|(_, kind)| *kind == wanted).map(|(pair, _)| *pair).collect()
     };
     let [mut positions, markers, spreads] = [Kind::Position, Kind::Marker, Kind::Spread].map(places);
+    let is_raw = |[x, _]: &[usize; 2]| !["filt", "smooth"].iter().any(|word| names[*x].contains(word));
+    if positions.iter().any(is_raw) {
+        positions.retain(is_raw);
+    }
     if text.starts_with(MOTIVE) {
         // seen from above, z, x and the height y are right-handed as x, y and z are
         for [x, y] in &mut positions {
@@ -270,30 +277,34 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
         }
     }
     let names_balls = |role| find(&names, role).is_some_and(|column| rows.values(column) > 1);
-    let (boxes, is_size) = boxes(&names, names_balls(words::BALLS) || names_balls(PERHAPS_BALLS));
+    let [frame, time, shot] = [FRAMES, TIMES, SHOTS].map(|role| find(&names, role));
+    // without a column of balls, numbers that look like one box are those of two balls
+    let are_pairs = frame.or(time).is_some_and(|time| rows.are_shared(time, shot, 2));
+    let names_ball = are_pairs || names_balls(words::BALLS) || names_balls(PERHAPS_BALLS);
+    let (boxes, is_size) = boxes(&names, names_ball);
     let mut taken: Vec<usize> = all.iter().flat_map(|(pair, _)| *pair).collect();
     let is_free_angle = |i: &usize| !taken.contains(i) && is_angle(&names[*i]);
     let mut angles: Vec<usize> = (0..names.len()).filter(is_free_angle).collect();
     taken.extend(boxes.concat().concat());
     let is_free = |column: &usize| !taken.contains(column) && !names[*column].is_empty();
-    let [frame, time, shot] = [FRAMES, TIMES, SHOTS].map(|role| find(&names, role));
     let ball = ball(&names, &rows, [frame.or(time), shot], [positions.len(), boxes.len()], is_free);
-    // without a column of balls, numbers that look like one box are those of two balls
-    let are_pairs = frame.or(time).is_some_and(|time| rows.are_pairs(time, shot));
     // ids that a tracker changed after it had lost a ball
     let ball = ball.filter(|ball| !(are_pairs && rows.values(*ball) > 2 && rows.is_whole(*ball)));
     if !boxes.is_empty() {
         positions = boxes.iter().map(|[corner, _]| *corner).collect();
     }
+    let are_all_known = (0..names.len()).filter(is_free).all(|i| [frame, time, shot].contains(&Some(i)));
+    let is_single = are_all_known && frame.or(time).is_some_and(|time| rows.grows(time, shot));
     let begins: &[&str] = match (positions.len(), ball) {
         (2, None) => &["cue_", "object_"],
-        (1, _) if ball.is_some() || are_pairs => &[""],
+        (1, _) if ball.is_some() || are_pairs || is_single => &[""],
         _ => return None,
     };
     let is_other = |column: &usize| is_free(column) && ![shot, ball].contains(&Some(*column));
     let frame = frame.filter(is_other);
     let time = time.filter(|column| frame.is_none() && is_other(column));
     let count = names.iter().position(|name| name == "n").filter(|_| time.is_none());
+    let mut growing = rows.growing(heading, shot).filter(|_| frame.or(time).or(count).is_none());
     // an angle for each ball, or no column is one of angles
     if angles.len() != positions.len() || begins.len() == 1 && ball.is_none() {
         angles.clear();
@@ -332,6 +343,8 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
         let unit = if most > 2.0 * std::f64::consts::TAU { "deg" } else { "rad" };
         columns[0].insert("angle_unit".to_string(), Column::Name(unit.to_string()));
     }
+    let growing = growing.find(is_other).map(|column| Column::Name(heading.names[column].clone()));
+    columns[1].extend(growing.map(|name| ("t".to_owned(), name)));
     Some(columns)
 }
 

@@ -44,8 +44,9 @@ pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<
         let fps = fps.ok_or_else(|| format!("time is in frames; {NEEDS_RATE}"))?;
         let mut rows = shot.tracks.iter().flat_map(|track| &track.rows);
         if let Some(Row { time, line, .. }) = rows.find(|row| row.time.fract() != 0.0) {
+            let hint = if time.abs() > 1.0 { "; thousands have no mark" } else { "" };
             return Err(format!(
-                "line {line}: frame {time} is not a whole number; if it is a time, say [tracks] time_unit"
+                "line {line}: frame {time} is not a whole number; if it is a time, say [tracks] time_unit{hint}"
             ));
         }
         shot.map_times(|time| time / fps);

@@ -10,11 +10,12 @@ pub(super) struct Words(&'static str, &'static str);
 
 /// Names of columns of time; tid is the Scandinavian one.
 pub(super) const TIMES: Words = Words(
-    "t time timestamp seconds sec zeit temps tiempo tempo tijd czas aika elapsedtime positiont tid",
+    "t time timestamp seconds sec zeit temps tiempo tempo tijd czas aika elapsedtime positiont tid elapsed msec posmsec \
+     zaman время 时间 時間",
     "s sec ms us stamp seconds stampms stamps",
 );
 pub(super) const FRAMES: Words = Words(
-    "frame frames bild einzelbild image img slice fotogramma fotograma cuadro beeld klatka bilde",
+    "frame frames bild einzelbild image img slice fotogramma fotograma cuadro beeld klatka bilde videoframe kare кадр 帧 フレーム",
     NUMBERS,
 );
 pub(super) const SHOTS: Words = Words(
@@ -26,7 +27,8 @@ pub(super) const BALLS: Words = Words(
     NUMBERS,
 );
 /// Names of columns of balls, if the rows confirm it.
-pub(super) const PERHAPS_BALLS: Words = Words("id tid color colour farbe name label who body class", NUMBERS);
+pub(super) const PERHAPS_BALLS: Words =
+    Words("id tid color colour farbe name label who body class tracker", NUMBERS);
 const NUMBERS: &str = "number numbers no nr num n id idx index nummer name count";
 const ANGLES: &str = "angle ang theta θ phi φ rot rotation";
 /// Beginnings of words for errors, for motions, and for a point on a ball beside its centre.
@@ -179,7 +181,7 @@ worded! {
         Px = "px" | "px pixel pixels",
         Frames = "frames" | "frames frame",
         S = "s" | "s sec second seconds",
-        Ms = "ms" | "ms",
+        Ms = "ms" | "ms msec millisecond milliseconds",
         Us = "us" | "us µs μs",
         Rad = "rad" | "rad radian radians",
         Deg = "deg" | "deg ° degree degrees",
