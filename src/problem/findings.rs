@@ -84,6 +84,9 @@ pub(crate) enum Finding {
         topspin: f64,
         sliding: usize,
     },
+    /// The side spins of the shots, over the speed, scatter more than players make them, so that they
+    /// may take up friction.
+    SideSpins { sd: f64 },
     /// The frames scatter about the paths by more than their noise. If the model does not describe
     /// them at all, the estimates are meaningless.
     Misfit {
@@ -98,7 +101,7 @@ pub(crate) enum Finding {
     AtBound { id: Id, bound: f64 },
     /// The outcomes of the shots scatter by so many times what noise makes of the frames; the errors
     /// have it.
-    Scatter { times: f64 },
+    Dispersed { times: f64 },
     /// Shots whose frames fit no collision were left out.
     LostShots { names: Vec<String> },
     /// The descent did not end at a minimum.
@@ -121,13 +124,14 @@ impl Finding {
             | Self::Spoiled { .. }
             | Self::Compliance { .. }
             | Self::Weight { .. } => Severity::Note,
-            Self::Scatter { .. } => Severity::Warning,
+            Self::Dispersed { .. } => Severity::Warning,
             Self::OtherUnit { .. }
             | Self::NoiseRefuted { .. }
             | Self::Playback { .. }
             | Self::Conflict { .. }
             | Self::Cause { .. }
             | Self::Spins { .. }
+            | Self::SideSpins { .. }
             | Self::Misfit { refutes: false, .. }
             | Self::AtBound { .. }
             | Self::Lags => Severity::Doubtful,

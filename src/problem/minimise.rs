@@ -244,10 +244,11 @@ impl SumOfSquares for Moving<'_> {
     fn step(&self, at: &Evaluation, damping: f64) -> Option<Step<State>> {
         let problem = self.problem;
         let reduced = at.eliminate(problem, damping)?;
-        // a friction that data tell no better than its bounds do would jump there
+        // a friction that frames tell no better than its bounds do would jump there
         let is_told = |column: &usize| {
             let [low, high] = problem.unknowns[*column].bounds;
-            reduced.informs(*column) && reduced.products_of(*column) * (high - low).powi(2) > 1.0
+            let precision = reduced.products_of(*column) * (high - low).powi(2);
+            reduced.informs(*column) && (problem.film().is_none() || precision > 1.0)
         };
         let moving: Vec<usize> = self.free.iter().copied().filter(is_told).collect();
         let room: Vec<[f64; 2]> = moving

@@ -70,16 +70,18 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
 
 /// Returns −2 log L up to a constant, greatest over the sizes of the noises that are estimated.
 pub(super) fn minus_two_log(problem: &Problem, at: &Evaluation) -> f64 {
-    let noise_term = |(sum, noise): (&NoiseSums, &Noise)| {
+    let noise_term = |(sum, noise): (&NoiseSums, &Noise), scatter: f64| {
         let variance = sum.weighted * noise.sd * noise.sd / sum.count;
-        sum.count * variance.ln() - sum.weighted + sum.ln_determinant
+        sum.count * variance.ln() - sum.weighted / scatter + sum.ln_determinant
     };
     let sample_term = |(number, sample): (usize, &Sample)| {
         let block = &sample.block;
+        let scatter = if let Block::Film(film) = block { film.scatter } else { 1.0 };
         let noises = if block.estimates_noise() { block.noises() } else { &[] };
         let scattered = at.shots[number].iter().flat_map(|shot| &shot.scattered);
         let spread_terms = scattered.map(|number| 2.0 * block.spreads()[number.spread].sd.ln());
-        at.noises(number).iter().zip(noises).map(noise_term).sum::<f64>() + spread_terms.sum::<f64>()
+        at.noises(number).iter().zip(noises).map(|noise| noise_term(noise, scatter)).sum::<f64>()
+            + spread_terms.sum::<f64>()
     };
     at.cost + problem.samples.iter().enumerate().map(sample_term).sum::<f64>()
 }

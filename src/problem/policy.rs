@@ -43,6 +43,10 @@ pub(crate) struct Policy {
     /// χ² per degree of freedom of a table beyond which the model does not describe it at all:
     /// residuals of more than twice the stated noise, which is stated too small by half at most.
     pub(crate) refuted_rows: f64,
+    /// Standard deviation of side spins Rω_z/U that nobody stated, beyond which a fit is doubtful.
+    /// Shots at the middle of the ball have at most 0.06; films of balls whose friction differs
+    /// from shot to shot, of which side spins took it up, had 0.1 to 0.3, and μ far off.
+    pub(crate) side_spins: f64,
     /// Level of a test of several differences or trends (Holm 1979).
     pub(crate) level: f64,
     /// Probability of a χ² at either end, of a trend, or of a difference between the noises of
@@ -80,6 +84,7 @@ impl Default for Policy {
             misfit: 2.0,
             refuted: 25.0,
             refuted_rows: 5.0,
+            side_spins: 0.1,
             level: 0.05,
             improbable: 0.001,
             undetermined_mu_s: 0.15,

@@ -11,6 +11,7 @@ use super::film::block;
 use super::film::causes::{self, Refit};
 use super::film::film_data::{Film, FilmError, Modelling};
 use super::film::outliers::{self, leave_out_frames, squares};
+use super::film::spins::SIDE_SPREAD;
 use super::findings::{Finding, Severity};
 use super::intervals::errors_as_free;
 use super::loss::ShotLoss;
@@ -18,7 +19,7 @@ use super::minimise::{Descent, descend_with_noise, fit};
 use super::policy::Policy;
 use super::problem::{Problem, State, split_names};
 use super::solution::Solution;
-use super::sums::Noise;
+use super::sums::{Noise, Spread};
 use super::uncertainty::{Estimates, robust_covariance, scattered_covariance};
 use super::unknowns::{Id, Mode, Shared};
 use crate::measurement::dataset::{Dataset, Tracks};
@@ -63,7 +64,7 @@ pub(crate) fn fit_film(
         run = without_causes;
         run.scatter_by(scatter);
         estimates = run.name_causes(how, first_noise)?;
-        run.findings.push(Finding::Scatter { times: scatter.sqrt() });
+        run.findings.push(Finding::Dispersed { times: scatter.sqrt() });
     }
     let state = &run.descent.end.state;
     let film = run.problem.film();
@@ -71,6 +72,9 @@ pub(crate) fn fit_film(
     if lags && !run.findings.contains(&Finding::Lags) {
         run.findings.push(Finding::Lags);
     }
+    let side = film.map(|film| film.spreads[SIDE_SPREAD]);
+    let is_wide = |side: &Spread| side.sd > policy.side_spins.max(2.0 * side.first);
+    run.findings.extend(side.filter(is_wide).map(|Spread { sd, .. }| Finding::SideSpins { sd }));
     let misfit = slow_variance(&run.noise(), &first_noise);
     if misfit > policy.misfit {
         run.findings.push(Finding::Misfit { ratio: misfit, refutes: misfit > policy.refuted });
@@ -290,6 +294,7 @@ impl<'a> Run<'a> {
         let numbers = (Id::OFFSETS.len() * distances.len()) as f64;
         let dof = numbers - estimates.count_data(&self.problem);
         let is_improbable = dof >= 1.0 && tail(square, dof) < self.policy.improbable;
+
         (is_improbable && !self.problem.is_robust()).then_some(square / dof)
     }
 

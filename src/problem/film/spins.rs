@@ -30,7 +30,7 @@ pub(super) const ROLL_SD: f64 = 0.01;
 
 /// Indices of the spreads from shot to shot: of the topspin of balls that slide, and of side spin.
 pub(super) const TOPSPIN_SPREAD: usize = 0;
-pub(super) const SIDE_SPREAD: usize = 1;
+pub(crate) const SIDE_SPREAD: usize = 1;
 
 /// Spreads of topspin (over natural roll) and side spin (Rω_z/U) from shot to shot before the
 /// frames are seen: half a tip's width off the middle of the ball.
