@@ -127,7 +127,7 @@ pub(crate) fn is_recovered(name: &str, fit: &Fit, clean: &Fit) {
         assert!((estimate.value - truth).abs() < ERRORS * error, "{name}: {estimate:?}");
         let usual = clean.estimates()[parameter as usize].std_error.unwrap();
         // a decentring leaves outcomes that differ by 1.4 times their noise, which the errors include
-        let cost = if name == "lens off the middle" { 1.4 } else { COST };
+        let cost = if name == "lens off the middle" { 1.4 * COST } else { COST };
         assert!(error < cost * usual, "{name}: {parameter:?} {error} {usual}");
     }
     assert_eq!(fit.shots_used(), 40, "{name}: {:?}", fit.shots_rejected());

@@ -99,8 +99,9 @@ impl Fit {
         let mut all = Remarks::default();
         let findings = self.solution.findings.iter().filter(|finding| finding.severity() > Note);
         // causes and conflicts with what is stated may come from wrong footage
-        let (conflicts, others): (Vec<&Finding>, Vec<&Finding>) =
-            findings.partition(|finding| matches!(finding, Finding::Conflict { .. } | Finding::Cause { .. }));
+        let (conflicts, others): (Vec<&Finding>, Vec<&Finding>) = findings.partition(|finding| {
+            matches!(finding, Finding::Conflict { .. } | Finding::Cause { .. } | Finding::SideSpins { .. })
+        });
         let remark = |finding| film_words::remark(finding, self.frames.as_ref());
         all.0.extend(others.into_iter().filter_map(remark));
         self.doubt_footage(&mut all);
