@@ -99,9 +99,12 @@ pub(crate) enum Finding {
     Undetermined { id: Id, sd: f64 },
     /// A wanted unknown is at a bound.
     AtBound { id: Id, bound: f64 },
-    /// The outcomes of the shots scatter by so many times what noise makes of the frames; the errors
-    /// have it.
-    Dispersed { times: f64 },
+    /// The outcomes of the shots scatter more than the noise of the frames makes them; the errors
+    /// include it.
+    Dispersed {
+        /// Their scatter over that of the noise.
+        times: f64,
+    },
     /// Shots whose frames fit no collision were left out.
     LostShots { names: Vec<String> },
     /// The descent did not end at a minimum.

@@ -19,7 +19,7 @@ use super::minimise::{Descent, descend_with_noise, fit};
 use super::policy::Policy;
 use super::problem::{Problem, State, split_names};
 use super::solution::Solution;
-use super::sums::{Noise, Spread};
+use super::sums::{Contribution, Noise, Spread};
 use super::uncertainty::{Estimates, robust_covariance, scattered_covariance};
 use super::unknowns::{Id, Mode, Shared};
 use crate::measurement::dataset::{Dataset, Tracks};
@@ -60,7 +60,7 @@ pub(crate) fn fit_film(
     let without_causes = run.clone();
     let mut estimates = run.name_causes(how, first_noise)?;
     if let Some(scatter) = run.scatter(&estimates) {
-        // causes are what is not scatter
+        // a cause is named only if it explains more than such scatter does
         run = without_causes;
         run.scatter_by(scatter);
         estimates = run.name_causes(how, first_noise)?;
@@ -108,13 +108,25 @@ fn judge_outcomes(problem: &Problem, start: &State, policy: &Policy) -> Option<(
     let numbers = Id::OFFSETS.len();
     (film.loss, film.states_noise) = (Some(ShotLoss::new(Loss::Cauchy, numbers)), true);
     let end = fit(&mut robust, start)?.end;
-    let distances = end.shots[0].iter().map(|shot| shot.part.map_or(f64::INFINITY, |part| part.distance));
-    let squares = distances.map(|distance| Squares { sum: distance * distance, count: numbers as f64 });
-    let by_outcome = judge(&squares.collect::<Vec<_>>(), (0.0, 1.0), policy);
-    let by_frames = judge(&outliers::squares(&end.shots[0]), (0.0, 1.0), policy);
-    let keep = by_outcome.into_iter().zip(by_frames).map(|(outcome, frames)| outcome && frames);
-    let keep = policy.keep_most(keep.collect());
+    let distance = |shot: &Contribution| shot.part.map_or(f64::INFINITY, |part| part.distance);
+    let keep = judge_shots(&end.shots[0], distance, 1.0, policy);
     keep.contains(&false).then_some((keep, end.state))
+}
+
+/// Returns which shots have an outcome as near to the law as the others, at this distance from it
+/// in standard deviations, and frames as near to their paths; `least` is the least variance of the
+/// frames in units of their noise.
+fn judge_shots(
+    shots: &[Contribution],
+    distance: impl Fn(&Contribution) -> f64,
+    least: f64,
+    policy: &Policy,
+) -> Vec<bool> {
+    let outcome = |shot| Squares { sum: distance(shot).powi(2), count: Id::OFFSETS.len() as f64 };
+    let by_outcome = judge(&shots.iter().map(outcome).collect::<Vec<_>>(), (0.0, 1.0), policy);
+    let by_frames = judge(&squares(shots), (0.0, least), policy);
+    let keep = by_outcome.into_iter().zip(by_frames).map(|(outcome, frames)| outcome && frames);
+    policy.keep_most(keep.collect())
 }
 
 /// A fit on its way: the problem and the end of its last descent.
@@ -147,7 +159,8 @@ impl<'a> Run<'a> {
             let keep = if round == 0 || run.problem.is_robust() {
                 vec![true; run.names.len()]
             } else {
-                run.judge_shots()
+                let distance = |shot: &Contribution| block::distance(shot).unwrap_or(0.0);
+                judge_shots(&run.descent.end.shots[0], distance, f64::MIN_POSITIVE, policy)
             };
             let film = run.problem.film_mut();
             let frames = film.map_or(0, |film| leave_out_frames(film, &state.own[0], &state.shared, policy));
@@ -235,20 +248,6 @@ impl<'a> Run<'a> {
         self.descent = descend_with_noise(&mut self.problem, state);
     }
 
-    /// Returns which shots have frames as near to their paths as the others, and an outcome as near
-    /// to the law.
-    fn judge_shots(&self) -> Vec<bool> {
-        let shots = &self.descent.end.shots[0];
-        let by_frames = judge(&squares(shots), (0.0, f64::MIN_POSITIVE), self.policy);
-        let outcome = |shot| {
-            let distance = block::distance(shot).unwrap_or(0.0);
-            Squares { sum: distance * distance, count: Id::OFFSETS.len() as f64 }
-        };
-        let by_outcome = judge(&shots.iter().map(outcome).collect::<Vec<_>>(), (0.0, 1.0), self.policy);
-        let keep = by_frames.into_iter().zip(by_outcome).map(|(frames, outcome)| frames && outcome);
-        self.policy.keep_most(keep.collect())
-    }
-
     /// Adopts effects beyond the model and causes of residuals that the frames show; returns the
     /// estimates.
     fn name_causes(
@@ -294,7 +293,6 @@ impl<'a> Run<'a> {
         let numbers = (Id::OFFSETS.len() * distances.len()) as f64;
         let dof = numbers - estimates.count_data(&self.problem);
         let is_improbable = dof >= 1.0 && tail(square, dof) < self.policy.improbable;
-
         (is_improbable && !self.problem.is_robust()).then_some(square / dof)
     }
 

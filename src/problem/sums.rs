@@ -180,8 +180,8 @@ impl Contribution {
         self.part = Some(Part { loss, distance });
     }
 
-    /// Makes residuals count as if their variance were so many times as large.
-    pub(crate) fn spread(mut self, scatter: f64) -> Self {
+    /// Returns the sums as if the variance of the residuals were `scatter` times as large.
+    pub(crate) fn with_scatter(mut self, scatter: f64) -> Self {
         self.products /= scatter;
         self.cost /= scatter;
         self

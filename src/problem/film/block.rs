@@ -35,6 +35,7 @@ const ROW: usize = COEFFICIENTS + CAMERA + 1;
 pub(crate) struct FilmedShot {
     /// The frames of the cue ball and of the object ball.
     pub(crate) tracks: Arc<[Vec<Frame>; 2]>,
+    /// Points on the balls.
     pub(crate) markers: Arc<Vec<MarkerTrack>>,
     /// Frames per second.
     pub(crate) fps: f64,
@@ -55,6 +56,7 @@ pub(crate) struct SideSpin {
     pub(crate) spin: f64,
     /// Its standard error, rad/s.
     pub(crate) sd: f64,
+    /// The camera that shows it.
     pub(crate) through: Through,
 }
 
@@ -142,7 +144,7 @@ impl FilmBlock {
             let sights = self.look(shot, (ball, pieces), own, shared);
             add_track(&mut total, sights, pieces, &columns, [ball; 2]);
         }
-        total.or_impossible().spread(self.scatter)
+        total.or_impossible().with_scatter(self.scatter)
     }
 
     /// Returns the impact of a shot.

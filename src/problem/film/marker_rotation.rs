@@ -280,10 +280,10 @@ mod tests {
     use nalgebra::SVector;
 
     use super::*;
+    use crate::physics::ball::Ball;
     use crate::problem::unknowns::{Id, Shared, Unknown};
 
     const SPIN: Vec3 = Vec3::new(20.0, -60.0, 35.0);
-    const RADIUS: f64 = 0.03;
 
     /// A camera 1.5 m above the table that looks from the side with this tangent of its angle.
     fn camera(parallax: f64) -> Camera {
@@ -310,7 +310,7 @@ mod tests {
             let start = Vec3::new(0.3, 0.4, 0.75_f64.sqrt());
             let place = (0..200).fold(start, |place, n| Rotation3::new(spin(n) * step) * place);
             let centre = Point::new(0.1 + 2.0 * time, 0.2 - time);
-            (place, Spot { time, centre, at: view.look(centre, place).place, sd: 1e-4 * RADIUS })
+            (place, Spot { time, centre, at: view.look(centre, place).place, sd: 1e-4 * Ball::POOL.radius })
         };
         (0..40).map(at).filter(|(place, _)| place.z > 0.1).map(|(_, spot)| spot).collect()
     }
@@ -321,11 +321,11 @@ mod tests {
     #[test]
     fn one_marker_gives_the_whole_angular_velocity() {
         for camera in [camera(0.0), camera(0.4)] {
-            let view = View { camera, radius: RADIUS };
+            let view = View { camera, radius: Ball::POOL.radius };
             let wrong = [(1.4e-3, 0.5), (2.4e-3, 0.478)].map(|(time, x)| {
                 let centre = Point::zeros();
                 let at = view.look(centre, Vec3::new(x, 0.0, 0.8)).place;
-                Spot { time, centre, at, sd: 1e-4 * RADIUS }
+                Spot { time, centre, at, sd: 1e-4 * Ball::POOL.radius }
             });
             for spots in [vec![spots(view)], vec![spots(view), wrong.to_vec()]] {
                 let rotation = measure(&spots, view, true).unwrap();
@@ -342,12 +342,12 @@ mod tests {
         let (right, wrong) = (camera(0.3), camera(0.301));
         let through = |camera: Camera| {
             // the picture stays, with the centres where they are seen
-            let view = View { camera: right, radius: RADIUS };
+            let view = View { camera: right, radius: Ball::POOL.radius };
             let refound = spots(view).into_iter().map(|spot| {
                 let centre = camera.find(right.look(spot.centre, 0.0).place).unwrap();
                 Spot { centre, ..spot }
             });
-            measure(&[refound.collect()], View { camera, radius: RADIUS }, true).unwrap()
+            measure(&[refound.collect()], View { camera, radius: Ball::POOL.radius }, true).unwrap()
         };
         let [as_right, as_wrong] = [through(right), through(wrong)];
         let change = SVector::<f64, CAMERA>::from_fn(|i, _| wrong.get(i) - right.get(i));
@@ -358,12 +358,12 @@ mod tests {
 
     #[test]
     fn a_marker_on_the_axis_and_two_frames_do_not_determine_a_spin() {
-        let view = View { camera: camera(0.0), radius: RADIUS };
+        let view = View { camera: camera(0.0), radius: Ball::POOL.radius };
         let spot = |i: i32, x: f64| Spot {
             time: 1e-3 * f64::from(i),
             centre: Point::zeros(),
-            at: Point::new(x * RADIUS, 0.0),
-            sd: 1e-4 * RADIUS,
+            at: Point::new(x * Ball::POOL.radius, 0.0),
+            sd: 1e-4 * Ball::POOL.radius,
         };
         let (on_axis, two) = ((0..20).map(|i| spot(i, 0.0)).collect(), vec![spot(0, 0.3), spot(1, 0.31)]);
         assert!(measure(&[on_axis], view, true).is_none() && measure(&[two], view, true).is_none());

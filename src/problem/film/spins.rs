@@ -90,7 +90,7 @@ pub(crate) struct ShotSpin {
     pub(crate) topspin: OwnPrior,
     side: OwnPrior,
     swerve: OwnPrior,
-    /// The measured topspin, side spin and spin about the direction of travel.
+    /// How measured topspin, side spin and spin about the direction of travel depend on the camera.
     through: [Through; 3],
     /// Bounds of the topspin, over natural roll.
     pub(crate) bounds: [f64; 2],
