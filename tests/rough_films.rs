@@ -97,8 +97,8 @@ fn noise_that_is_stated_wrongly_is_not_blamed_on_the_model() {
     assert!(large.grade == Grade::Doubtful && large.sentence.contains("position_sd_m"), "{}", large.sentence);
 }
 
-/// A ramp plays all shots in one direction with one cut, which poorly distinguishs aspect and shear: where both are stated the fit is right,
-/// where they are not the errors include them.
+/// A ramp plays all shots in one direction with one cut, which poorly distinguishs aspect, shear and rolling shutter: where they are stated
+/// the fit is right, where they are not the errors include them.
 #[test]
 fn one_direction_does_not_bend_the_camera() {
     for seed in [7704, 7705] {
@@ -123,7 +123,7 @@ fn one_direction_does_not_bend_the_camera() {
             fit.get(Parameter::E).unwrap().std_error.unwrap()
         };
         let unstated = error_of_e(&stated);
-        for which in [Correction::Aspect, Correction::Shear] {
+        for which in [Correction::Aspect, Correction::Shear, Correction::ShutterX, Correction::ShutterY] {
             stated.tracks.as_mut().unwrap().camera[which as usize] =
                 Some(Measured { value: which.neutral(), sd: None });
         }

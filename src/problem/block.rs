@@ -38,7 +38,7 @@ impl Block {
     /// prior.
     pub(crate) fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
         match self {
-            Self::Film(film) => film.shots[i].spin.priors().to_vec(),
+            Self::Film(film) => film.own_priors(&film.shots[i]),
             Self::Discs(discs) => discs.own_priors(i),
             Self::Rows(rows) => rows.shots[i].priors().collect(),
         }

@@ -99,16 +99,21 @@ pub(crate) enum Finding {
     Undetermined { id: Id, sd: f64 },
     /// A wanted unknown is at a bound.
     AtBound { id: Id, bound: f64 },
-    /// The outcomes of the shots scatter more than the noise of the frames makes them; the errors
-    /// include it.
-    Dispersed {
-        /// Their scatter over that of the noise.
-        times: f64,
-    },
+    /// The outcomes of the shots scatter more than the noise of the frames makes them: what the shots
+    /// share differs from shot to shot, which the errors include.
+    Dispersed { spreads: Vec<Differing> },
     /// Shots whose frames fit no collision were left out.
     LostShots { names: Vec<String> },
     /// The descent did not end at a minimum.
     NotConverged,
+}
+
+/// An unknown that differs from shot to shot.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Differing {
+    pub(crate) id: Id,
+    /// Standard deviation.
+    pub(crate) sd: f64,
 }
 
 impl Finding {

@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
-
 use super::block::Block;
 use super::effects::choose_effects;
 use super::false_shots::{Squares, judge, tail};
@@ -11,8 +9,9 @@ use super::film::block;
 use super::film::causes::{self, Refit};
 use super::film::film_data::{Film, FilmError, Modelling};
 use super::film::outliers::{self, leave_out_frames, squares};
-use super::film::spins::SIDE_SPREAD;
-use super::findings::{Finding, Severity};
+use super::film::own::{SCATTERED, scattering};
+use super::film::spins::{FIRST_SCATTER, SIDE_SPREAD};
+use super::findings::{Differing, Finding, Severity};
 use super::intervals::errors_as_free;
 use super::loss::ShotLoss;
 use super::minimise::{Descent, descend_with_noise, fit};
@@ -20,7 +19,7 @@ use super::policy::Policy;
 use super::problem::{Problem, State, split_names};
 use super::solution::Solution;
 use super::sums::{Contribution, Noise, Spread};
-use super::uncertainty::{Estimates, robust_covariance, scattered_covariance};
+use super::uncertainty::{Estimates, robust_covariance};
 use super::unknowns::{Id, Mode, Shared};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::loss::Loss;
@@ -59,12 +58,18 @@ pub(crate) fn fit_film(
     let how = (modelling.is_auto, modelling.settings.compliance);
     let without_causes = run.clone();
     let mut estimates = run.name_causes(how, first_noise)?;
-    if let Some(scatter) = run.scatter(&estimates) {
+    if run.is_scattered(&estimates) {
         // a cause is named only if it explains more than such scatter does
         run = without_causes;
-        run.scatter_by(scatter);
+        run.let_scatter();
         estimates = run.name_causes(how, first_noise)?;
-        run.findings.push(Finding::Dispersed { times: scatter.sqrt() });
+        let spreads = run.problem.film().map_or(&[][..], |film| &film.spreads[FIRST_SCATTER..]);
+        let differing = SCATTERED.into_iter().zip(spreads).filter(|(_, spread)| spread.sd > spread.first);
+        let differing = differing.map(|(id, spread)| Differing { id, sd: spread.sd }).collect();
+        run.findings.push(Finding::Dispersed { spreads: differing });
+    } else if !run.problem.is_robust() {
+        run.let_scatter();
+        estimates = run.estimates()?;
     }
     let state = &run.descent.end.state;
     let film = run.problem.film();
@@ -285,21 +290,21 @@ impl<'a> Run<'a> {
         Ok(estimates)
     }
 
-    /// Returns the variance of the outcomes about what the shots have in common over that of the
-    /// noise, if it is greater than by chance.
-    fn scatter(&self, estimates: &Estimates) -> Option<f64> {
+    /// Returns whether outcomes scatter about what the shots have in common by more than the noise
+    /// makes them.
+    fn is_scattered(&self, estimates: &Estimates) -> bool {
         let distances: Vec<f64> = self.descent.end.shots[0].iter().filter_map(block::distance).collect();
         let square = distances.iter().map(|distance| distance * distance).sum::<f64>();
         let numbers = (Id::OFFSETS.len() * distances.len()) as f64;
         let dof = numbers - estimates.count_data(&self.problem);
-        let is_improbable = dof >= 1.0 && tail(square, dof) < self.policy.improbable;
-        (is_improbable && !self.problem.is_robust()).then_some(square / dof)
+        dof >= 1.0 && tail(square, dof) < self.policy.improbable && !self.problem.is_robust()
     }
 
-    /// Goes on with residuals that count as if outcomes scattered so.
-    fn scatter_by(&mut self, scatter: f64) {
+    /// Goes on with impacts that differ from shot to shot.
+    fn let_scatter(&mut self) {
+        let scatters = scattering(&self.problem.unknowns);
         let Some(film) = self.problem.film_mut() else { return };
-        film.scatter = scatter;
+        film.scatters = scatters;
         let state = self.descent.end.state.clone();
         self.descent = descend_with_noise(&mut self.problem, state);
     }
@@ -340,14 +345,6 @@ impl<'a> Run<'a> {
         }
         if let Some(covariance) = robust_covariance(&self.problem, &self.descent.end, &estimates) {
             estimates.covariance = covariance;
-        }
-        if self.problem.film().is_some_and(|film| film.scatter > 1.0)
-            && let Some(scattered) = scattered_covariance(&self.problem, &self.descent.end, &estimates)
-        {
-            // that of few shots may be too small
-            let growth = scattered.diagonal().component_div(&estimates.covariance.diagonal());
-            let growth = DMatrix::from_diagonal(&growth.map(|growth| growth.sqrt().max(1.0)));
-            estimates.covariance = &growth * &estimates.covariance * &growth;
         }
         let names = vec![self.names];
         Solution { findings: self.findings, ..Solution::new(self.problem, self.descent, estimates, names) }

@@ -180,13 +180,6 @@ impl Contribution {
         self.part = Some(Part { loss, distance });
     }
 
-    /// Returns the sums as if the variance of the residuals were `scatter` times as large.
-    pub(crate) fn with_scatter(mut self, scatter: f64) -> Self {
-        self.products /= scatter;
-        self.cost /= scatter;
-        self
-    }
-
     /// Returns the weight of the shot by its loss, 1 by least squares.
     pub(crate) fn weight(&self) -> f64 {
         self.part.map_or(1.0, |part| part.loss.weight(part.distance))

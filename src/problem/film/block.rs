@@ -10,14 +10,14 @@ use super::dual::{INPUTS, gradient};
 use super::impact::{Contact, Correction};
 use super::marker_rotation::{MarkerTrack, Rotation, View, rotations};
 use super::motion::{COEFFICIENTS, Piece, Struck, cue_before, own_inputs};
-use super::own::{self, OWN};
-use super::spins::{OFF_CORNER, ShotSpin, States, Through};
+use super::own::{self, OWN, SCATTERED};
+use super::spins::{FIRST_SCATTER, OFF_CORNER, SPREADS, ShotSpin, States, Through};
 use crate::physics::cloth_motion::GRAVITY;
 use crate::physics::collision::NotACollision;
 use crate::problem::frames::{Columns, Frame, Sight, add_track, rows, whiten};
 use crate::problem::loss::ShotLoss;
 use crate::problem::policy::{COMPARED_STEPS, ROUGH, STALL};
-use crate::problem::sums::{Contribution, Noise, Spread, settle};
+use crate::problem::sums::{Contribution, Noise, OwnPrior, Spread, settle};
 use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, Shared};
 
 /// Noise of the first descents, m: lines through the frames next to an impact miss the balls by as
@@ -95,15 +95,15 @@ impl FilmedShot {
 #[derive(Clone)]
 pub(crate) struct FilmBlock {
     pub(crate) shots: Vec<FilmedShot>,
-    /// Spreads of topspin and side spin from shot to shot.
-    pub(crate) spreads: [Spread; 2],
+    /// Spreads from shot to shot: of topspin, side spin, and what else scatters.
+    pub(crate) spreads: [Spread; SPREADS],
     pub(crate) contact: Contact,
     /// The noise of each ball.
     pub(crate) noise: [Noise; 2],
     /// Whether the noise of every frame is stated.
     pub(crate) states_noise: bool,
-    /// Variance of the outcomes about what the shots have in common, over that of the noise.
-    pub(crate) scatter: f64,
+    /// Which of [`SCATTERED`] differ from shot to shot.
+    pub(crate) scatters: [bool; SCATTERED.len()],
     /// How outlying shots count; `None`: by least squares.
     pub(crate) loss: Option<ShotLoss>,
 }
@@ -114,6 +114,9 @@ impl FilmBlock {
     pub(crate) fn contribute(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> Contribution {
         let add_up = |own: &Own| {
             let mut sums = self.add_frames(shot, own, shared);
+            for (place, prior) in self.contact_priors() {
+                sums.add_prior((place, prior), own[place], &self.spreads);
+            }
             shot.spin.constrain(own, shared, &self.spreads, &mut sums);
             sums
         };
@@ -124,6 +127,19 @@ impl FilmBlock {
             sums.weigh(loss, distance);
         }
         sums
+    }
+
+    /// Returns what is known of the differences of a shot from what the shots share, each with its
+    /// place.
+    fn contact_priors(&self) -> [(usize, OwnPrior); SCATTERED.len()] {
+        let prior =
+            |i: usize| if self.scatters[i] { OwnPrior::Spread(FIRST_SCATTER + i) } else { OwnPrior::Held };
+        std::array::from_fn(|i| (own::SCATTER + i, prior(i)))
+    }
+
+    /// Returns what is known of own unknowns of a shot, each with its place.
+    pub(crate) fn own_priors(&self, shot: &FilmedShot) -> Vec<(usize, OwnPrior)> {
+        shot.spin.priors().into_iter().chain(self.contact_priors()).collect()
     }
 
     fn add_frames(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> Contribution {
@@ -144,7 +160,7 @@ impl FilmBlock {
             let sights = self.look(shot, (ball, pieces), own, shared);
             add_track(&mut total, sights, pieces, &columns, [ball; 2]);
         }
-        total.or_impossible().with_scatter(self.scatter)
+        total.or_impossible()
     }
 
     /// Returns the impact of a shot.

@@ -9,6 +9,7 @@ use super::block::{FilmBlock, FilmedShot};
 use super::camera::{Camera, Point};
 use super::impact::{Contact, Correction};
 use super::marker_rotation::MarkerTrack;
+use super::own::{self, SCATTERED};
 use super::priors::{list_camera, list_unknowns};
 use super::spins::{ShotSpin, first_spreads};
 use crate::extraction::{
@@ -135,7 +136,7 @@ impl Film<FilmBlock> {
             contact: Contact::new(&modelling.model, &unknowns),
             noise: [noise; 2],
             states_noise,
-            scatter: 1.0,
+            scatters: [false; SCATTERED.len()],
             loss: (modelling.loss != Loss::Squares).then(|| ShotLoss::new(modelling.loss, Id::OFFSETS.len())),
         };
         Ok(Self { block, unknowns, own, names, left_out, findings, unit, middle })
@@ -187,7 +188,7 @@ impl Guessed {
         let FirstGuess { time, object, direction, before, .. } = self.guess;
         let place = (Point::from(object) - middle) * unit;
         let [along, across] = before.map(|speed| speed * unit);
-        Own::from_vec(vec![time, place.x, place.y, direction, along, across, 0.0, 0.0, 0.0])
+        own::moving([time, place.x, place.y, direction, along, across])
     }
 
     /// Returns the shot in metres from the middle, with the spin that is stated. The radius is in

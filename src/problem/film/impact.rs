@@ -4,6 +4,7 @@ use nalgebra::{SMatrix, SVector};
 use num_dual::DualNum;
 
 use super::dual::{Dual, DualVector, constant, gradient, with_gradient};
+use super::own::SCATTERED;
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{
     Coefficients, Effects, Fidelity, Input, Jacobian, MIN_FITTED_KAPPA, Model, NotACollision, Regime,
@@ -73,10 +74,6 @@ impl Side {
     }
 }
 
-fn coefficients(shared: &Shared) -> Coefficients {
-    Coefficients { mu: shared[Id::Mu], mu_s: shared[Id::MuS], e: shared[Id::E] }
-}
-
 impl Input {
     /// Returns the shared unknown that an input is; `None` of the motion of the cue ball.
     pub(in crate::problem) fn shared(self) -> Option<Id> {
@@ -106,6 +103,10 @@ fn inputs(cue: &Side, shared: &Shared, radius: f64) -> [Dual; Input::COUNT] {
         Some(id) => shared.dual(id),
         None => motion[input as usize - Input::VelocityX as usize],
     })
+}
+
+fn coefficients(shared: &Shared) -> Coefficients {
+    Coefficients { mu: shared[Id::Mu], mu_s: shared[Id::MuS], e: shared[Id::E] }
 }
 
 impl Contact {
@@ -198,19 +199,31 @@ impl Contact {
         [constant(radius), shared.dual(Id::RadiusRatio).recip() * radius]
     }
 
-    /// Returns the balls after the impact, and whether the contact stuck.
+    /// Returns the balls after the impact, and whether the contact stuck; what scatters from shot to
+    /// shot differs by `offsets` from what the shots share.
     pub fn collide(
         &self,
         cue: &Side,
         shared: &Shared,
+        offsets: &[Dual; SCATTERED.len()],
         correction: &Correction,
     ) -> Result<([Side; 2], bool), NotACollision> {
+        let mut of_shot = shared.clone();
+        for (id, offset) in SCATTERED.into_iter().zip(offsets) {
+            let most = if id == Id::E { 1.0 } else { f64::INFINITY };
+            of_shot[id] = (shared[id] + offset.re).clamp(0.0, most);
+        }
         let [cue_radius, object_radius] = self.radii(shared);
-        let model = self.at(self.model, shared);
+        let mut inputs = inputs(cue, &of_shot, cue_radius.re);
+        for input in Input::ALL {
+            if let Some(i) = SCATTERED.iter().position(|id| input.shared() == Some(*id)) {
+                inputs[input as usize] += offsets[i] - offsets[i].re;
+            }
+        }
+        let model = self.at(self.model, &of_shot);
         let (outcome, mut jacobian) =
-            model.collide_with_jacobian(&cue.state(cue_radius.re), &coefficients(shared))?;
+            model.collide_with_jacobian(&cue.state(cue_radius.re), &coefficients(&of_shot))?;
         let mut values = outcome.components();
-        let inputs = inputs(cue, shared, cue_radius.re);
         if !correction.is_zero() {
             let moved = InputValues::from(inputs.each_ref().map(|input| input.re)) - correction.about;
             values += correction.values + correction.by * moved;

@@ -79,7 +79,8 @@ impl Struck {
     ) -> Result<Self, NotACollision> {
         let inputs = own_inputs(values);
         let before = cue_before(spin, shared, &inputs, &contact.object());
-        let (mut after, sticks) = contact.collide(&before, shared, correction)?;
+        let offsets = std::array::from_fn(|i| inputs[own::SCATTER + i]);
+        let (mut after, sticks) = contact.collide(&before, shared, &offsets, correction)?;
         for (side, [along, across]) in after.iter_mut().zip(OFFSETS) {
             side.velocity += DualVector::new(shared.dual(along), shared.dual(across));
         }

@@ -1,7 +1,9 @@
 //! Places of the own unknowns of a shot of balls. Velocities are in its collision frame, m/s.
 
+use crate::problem::unknowns::{Id, Mode, Own, Unknown};
+
 /// Number of unknowns that each shot has of its own.
-pub(crate) const OWN: usize = 9;
+pub(crate) const OWN: usize = 13;
 
 /// Instant of the impact, s.
 pub(crate) const TIME: usize = 0;
@@ -21,3 +23,19 @@ pub(crate) const TOPSPIN: usize = 6;
 pub(crate) const SIDE: usize = 7;
 /// Spin about the direction of travel, Rω/U, less the measured one; 0 and held unless it is measured.
 pub(crate) const SWERVE: usize = 8;
+/// First of what differs from shot to shot in [`SCATTERED`], less what the shots share; 0 and held
+/// unless it scatters.
+pub(crate) const SCATTER: usize = 9;
+
+/// Shared unknowns from which those of a shot may differ.
+pub(crate) const SCATTERED: [Id; OWN - SCATTER] = [Id::Mu, Id::E, Id::MuS, Id::MassRatio];
+
+/// Returns which of them differ from shot to shot: those that are estimated.
+pub(in crate::problem) fn scattering(unknowns: &[Unknown]) -> [bool; SCATTERED.len()] {
+    SCATTERED.map(|id| unknowns[id as usize].mode == Mode::Free)
+}
+
+/// Returns own unknowns of which the first are given, and the others 0.
+pub(super) fn moving(first: [f64; 6]) -> Own {
+    Own::from_column_slice(&first).resize_vertically(OWN, 0.0)
+}

@@ -8,9 +8,11 @@ use rayon::prelude::*;
 use super::block::{FilmBlock, FilmedShot, SideSpin};
 use super::camera::Point;
 use super::impact::{Contact, Correction};
-use super::own;
+use super::own::{self, SCATTERED};
 use super::priors::list_unknowns;
-use super::spins::{OFF_CORNER, SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD, Through, first_spreads};
+use super::spins::{
+    FIRST_SCATTER, OFF_CORNER, SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD, Through, first_spreads,
+};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Model, NotACollision};
@@ -79,7 +81,7 @@ pub(crate) fn information(
         contact: Contact::new(model, unknowns),
         noise: [Noise { sd: filming.sd, rho: 0.0 }; 2],
         states_noise: true,
-        scatter: 1.0,
+        scatters: own::scattering(unknowns),
         loss: None,
     };
     let made = samples.par_iter().enumerate().map(|(i, planned)| planned.filmed(i, filming, &film, shared));
@@ -90,9 +92,9 @@ pub(crate) fn information(
         Some(products.cholesky()?.inverse().diagonal())
     };
     let variances: Vec<Option<Own>> = made.par_iter().map(variances).collect();
-    for (which, place, truth) in
-        [(TOPSPIN_SPREAD, own::TOPSPIN, filming.topspin_sd), (SIDE_SPREAD, own::SIDE, 0.0)]
-    {
+    let scattered = (0..SCATTERED.len()).map(|i| (FIRST_SCATTER + i, own::SCATTER + i, 0.0));
+    let spins = [(TOPSPIN_SPREAD, own::TOPSPIN, filming.topspin_sd), (SIDE_SPREAD, own::SIDE, 0.0)];
+    for (which, place, truth) in spins.into_iter().chain(scattered) {
         let variances: Vec<f64> = variances.iter().flatten().map(|variances| variances[place]).collect();
         film.spreads[which].sd = found(&film.spreads[which], &variances, truth, filming.shots as f64);
     }
@@ -124,7 +126,7 @@ impl PlannedShot {
             stated => ShotSpin::stated(stated, velocity, radius),
         };
         let [x, y] = self.place;
-        let mut own = Own::from_vec(vec![self.instant, x, y, self.direction, along, across, 0.0, 0.0, 0.0]);
+        let mut own = own::moving([self.instant, x, y, self.direction, along, across]);
         if !spin.rolls && spin.measured.is_none() {
             own[own::TOPSPIN] = topspin;
         }

@@ -303,8 +303,7 @@ impl Solution {
             let offset = column.checked_sub(OWN).map(|i| OWN + Id::OFFSETS[i] as usize);
             gradient(&quantities[row])[offset.unwrap_or(column)]
         });
-        let scatter = self.problem.film().map_or(1.0, |film| film.scatter);
-        let shot_variances = (&by_own * &covariance * by_own.transpose()).diagonal() / scatter;
+        let shot_variances = (&by_own * &covariance * by_own.transpose()).diagonal();
         let by_cloth = &by_own * covariance * matrix.view((0, free), (free, CLOTH.len()));
         let cloth_covariance =
             self.covariance_in(&self.covariance, &CLOTH).map(|c| if c.is_nan() { 0.0 } else { c });

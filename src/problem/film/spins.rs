@@ -28,21 +28,29 @@ const MAX_STUN: f64 = 0.5;
 /// ball whose measured spin is within it rolls.
 pub(super) const ROLL_SD: f64 = 0.01;
 
-/// Indices of the spreads from shot to shot: of the topspin of balls that slide, and of side spin.
+/// Number of spreads from shot to shot, and their indices: of the topspin of balls that slide, of
+/// side spin, and of what [`own::SCATTERED`] lists.
+pub(super) const SPREADS: usize = FIRST_SCATTER + own::SCATTERED.len();
 pub(super) const TOPSPIN_SPREAD: usize = 0;
 pub(crate) const SIDE_SPREAD: usize = 1;
+pub(crate) const FIRST_SCATTER: usize = 2;
 
-/// Spreads of topspin (over natural roll) and side spin (Rω_z/U) from shot to shot before the
-/// frames are seen: half a tip's width off the middle of the ball.
-const FIRST_SPREADS: [f64; 2] = [0.05, 0.02];
+/// Spreads of topspin (over natural roll), side spin (Rω_z/U), μ, e, μ_s and the mass ratio from shot
+/// to shot before the frames are seen: half a tip's width off the middle of the ball; balls whose
+/// friction differs by a hundredth. With twice that the errors of μ of clean films are a fifth too
+/// large.
+const FIRST_SPREADS: [f64; SPREADS] = [0.05, 0.02, 5e-4, 5e-4, 2.5e-3, 5e-4];
 
 /// Smallest spread of topspin, in parts of natural roll: no frames determine a smaller one.
 const LEAST_SPREAD: f64 = 0.004;
 
 /// Returns the spreads before the frames are seen; that of side spin if it is stated.
-pub(super) fn first_spreads(side_sd: f64) -> [Spread; 2] {
-    let [topspin, side] = FIRST_SPREADS;
-    [topspin, if side_sd > 0.0 { side_sd } else { side }].map(|first| Spread::first(first, LEAST_SPREAD))
+pub(super) fn first_spreads(side_sd: f64) -> [Spread; SPREADS] {
+    std::array::from_fn(|i| match FIRST_SPREADS[i] {
+        first if i >= FIRST_SCATTER => Spread::first(first, 0.1 * first),
+        _ if i == SIDE_SPREAD && side_sd > 0.0 => Spread::first(side_sd, LEAST_SPREAD),
+        first => Spread::first(first, LEAST_SPREAD),
+    })
 }
 
 /// How a number that markers show depends on the camera, to first order from one.
@@ -269,7 +277,7 @@ impl ShotSpin {
         &self,
         values: &Own,
         shared: &Shared,
-        spreads: &[Spread; 2],
+        spreads: &[Spread; SPREADS],
         sums: &mut Contribution,
     ) {
         for ((place, prior), through) in self.priors().into_iter().zip(&self.through) {

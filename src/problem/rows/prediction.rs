@@ -12,7 +12,7 @@ use crate::physics::collision::{Coefficients, Model, NotACollision};
 use crate::physics::friction_law::Law;
 use crate::problem::film::dual::{Dual, DualVector, constant, gradient, norm, with_gradient};
 use crate::problem::film::impact::{Contact, Side};
-use crate::problem::film::own::OWN;
+use crate::problem::film::own::{OWN, SCATTERED};
 use crate::problem::unknowns::{Own, Shared};
 
 /// Steps until an unknown speed before the impact gives the measured one afterwards.
@@ -178,7 +178,8 @@ impl RowShot {
         contact: &Contact,
     ) -> Result<Residuals, NotACollision> {
         let (approach, after) = self.strike(own, |cue| {
-            let (balls, sticks) = contact.collide(cue, shared, &self.offset)?;
+            let (balls, sticks) =
+                contact.collide(cue, shared, &[constant(0.0); SCATTERED.len()], &self.offset)?;
             Ok(Parting { balls, radii: contact.radii(shared), sticks })
         })?;
         let difference = |row: &Row| {
