@@ -212,29 +212,19 @@ impl Estimates {
 /// whole.
 const MOST_OF_ITSELF: f64 = 0.99;
 
-/// Returns the covariance of estimates by a robust loss for any noise; `None` if all losses are
-/// least squares, or there are too few shots.
+/// Returns the covariance H⁻¹BH⁻¹ of estimates by a robust loss for any scatter, with the curvature H
+/// and the scatter B of the slopes of the shots (Huber 1967); `None` if all losses are least
+/// squares, or there are too few shots. A shot scatters less about a fit that it takes part in: if
+/// CCᵀ = H⁻¹ and its own curvature is N = CᵀHᵢC, its slope Cᵀg has the variance N(1 − N) and counts
+/// as (1 − N)^(−1/2) Cᵀg (Bell and McCaffrey 2002, Surv. Methodol. 28, 169).
 pub(crate) fn robust_covariance(
-    problem: &Problem,
-    at: &Evaluation,
-    estimates: &Estimates,
-) -> Option<DMatrix<f64>> {
-    problem.is_robust().then(|| scattered_covariance(problem, at, estimates))?
-}
-
-/// Returns the covariance H⁻¹BH⁻¹ of estimates for any scatter, with the curvature H and the
-/// scatter B of the slopes of the shots (Huber 1967); `None` if there are too few shots. A shot
-/// scatters less about a fit that it takes part in: if CCᵀ = H⁻¹ and its own curvature is N =
-/// CᵀHᵢC, its slope Cᵀg has the variance N(1 − N) and counts as (1 − N)^(−1/2) Cᵀg (Bell and
-/// McCaffrey 2002, Surv. Methodol. 28, 169).
-pub(super) fn scattered_covariance(
     problem: &Problem,
     at: &Evaluation,
     estimates: &Estimates,
 ) -> Option<DMatrix<f64>> {
     let n = estimates.columns.len();
     let count = at.shots.iter().map(Vec::len).sum::<usize>() as f64;
-    if count <= estimates.count_data(problem) {
+    if !problem.is_robust() || count <= estimates.count_data(problem) {
         return None;
     }
     let mut curvature = DMatrix::<f64>::zeros(n, n);

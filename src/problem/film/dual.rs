@@ -26,8 +26,8 @@ pub(in crate::problem) fn gradient<const N: usize>(value: &DualSVec64<N>) -> SVe
 }
 
 /// Returns a number with this gradient.
-pub(in crate::problem) fn with_gradient(value: f64, gradient: Gradient) -> Dual {
-    Dual::new(value, Derivative::some(gradient))
+pub(in crate::problem) fn with_gradient(value: f64, gradient: &Gradient) -> Dual {
+    Dual::new(value, Derivative::some(*gradient))
 }
 
 /// Returns a number without derivatives.

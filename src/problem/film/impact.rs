@@ -230,7 +230,7 @@ impl Contact {
             jacobian += correction.by;
         }
         let by = SMatrix::from_columns(&inputs.each_ref().map(gradient)) * jacobian.transpose();
-        let component = |row: usize| with_gradient(values[row], by.column(row).into_owned());
+        let component = |row: usize| with_gradient(values[row], &by.column(row).into_owned());
         let side = |first: usize, radius: Dual| Side {
             velocity: DualVector::new(component(first), component(first + 1)),
             rise: component(first + 2),

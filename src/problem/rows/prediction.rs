@@ -44,7 +44,7 @@ impl Approach {
     fn observe(&self, observable: Observable, Parting { balls, radii, .. }: &Parting, side: f64) -> Dual {
         let [cue, object] = balls.each_ref().map(|ball| ball.velocity);
         let rolling = |ball: usize| roll(&balls[ball]);
-        let against_incoming = |velocity: &DualVector| turn((direction(velocity) - self.cut) * side);
+        let against_incoming = |velocity: &DualVector| turn(&((direction(velocity) - self.cut) * side));
         let on_table = |[x, y, z]: [Dual; 3], axis: Axis| match axis {
             Axis::X => x * self.cos - y * self.sin,
             Axis::Y => x * self.sin + y * self.cos,
@@ -58,7 +58,7 @@ impl Approach {
             Observable::CueTurnRolling => against_incoming(&rolling(0)),
             Observable::ObjectAngleRolling => -against_incoming(&rolling(1)),
             Observable::Separation => {
-                let angle = turn(direction(&cue) - direction(&object));
+                let angle = turn(&(direction(&cue) - direction(&object)));
                 if angle.re < 0.0 { -angle } else { angle }
             }
             Observable::ObjectSpeed => norm(&object),
@@ -92,8 +92,8 @@ fn direction(v: &DualVector) -> Dual {
 }
 
 /// Returns the same angle within (−π, π].
-fn turn(angle: Dual) -> Dual {
-    angle + (wrap(angle.re) - angle.re)
+fn turn(angle: &Dual) -> Dual {
+    *angle + (wrap(angle.re) - angle.re)
 }
 
 /// Residuals of a shot.
@@ -155,7 +155,7 @@ impl RowShot {
                 let slope = std::mem::take(&mut by_others[SPEED]);
                 inputs[SPEED] = constant(speed);
                 if slope != 0.0 {
-                    inputs[SPEED] += (measured - with_gradient(after.re, by_others)) / slope;
+                    inputs[SPEED] += (measured - with_gradient(after.re, &by_others)) / slope;
                 }
                 // speeds afterwards are nearly in proportion to the one before
                 let part = measured.re / after.re;
@@ -185,7 +185,7 @@ impl RowShot {
         let difference = |row: &Row| {
             let Measurement { observable, measured } = row.number;
             let off = approach.observe(observable, &after, self.side) - measured.value;
-            if observable.is_angle() { turn(off) } else { off }
+            if observable.is_angle() { turn(&off) } else { off }
         };
         let rows = self.rows.iter().map(difference).collect();
         Ok(Residuals { rows, sticks: after.sticks, approach })
