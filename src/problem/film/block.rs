@@ -9,7 +9,7 @@ use super::camera::{Camera, Point};
 use super::dual::{INPUTS, gradient};
 use super::impact::{Contact, Correction};
 use super::marker_rotation::{MarkerTrack, Rotation, View, rotations};
-use super::motion::{COEFFICIENTS, Piece, Struck, cue_before, own_inputs};
+use super::motion::{COEFFICIENTS, Piece, Struck, cue_before, locate, own_inputs};
 use super::own::{self, OWN, SCATTERED};
 use super::spins::{FIRST_SCATTER, OFF_CORNER, SPREADS, ShotSpin, States, Through};
 use crate::physics::cloth_motion::GRAVITY;
@@ -319,13 +319,6 @@ impl SideSpin {
         let off = predicted.re - self.spin - self.through.shift(shared, &mut by);
         total.add_number(off / self.sd, (by / self.sd).as_slice());
     }
-}
-
-/// Returns the place on the table and the height of a ball on a piece at a time since the first
-/// guess of the impact.
-pub(super) fn locate(at: &[f64], time: f64) -> (Point, f64) {
-    let coordinate = |i: usize| at[3 * i] + at[3 * i + 1] * time + at[3 * i + 2] * (0.5 * time * time);
-    (Point::new(coordinate(0), coordinate(1)), coordinate(2))
 }
 
 /// Returns the index of the piece that a ball is on in a frame, and the rows of both coordinates.

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use num_dual::DualNum;
 
+use super::camera::Point;
 use super::dual::{Dual, DualVector, INPUTS, SMOOTH_SPEED, constant, norm};
 use super::impact::{Contact, Correction, Side};
 use super::own::{self, OWN};
@@ -34,6 +35,13 @@ fn piece(stretch: &Stretch<Dual>) -> Piece {
         [x - (v - a * start * 0.5) * start, v - a * start, a]
     };
     Piece::new(stretch.start, (0..3).flat_map(coefficients_of_axis))
+}
+
+/// Returns the place on the table and the height of a ball on a piece at a time since the first
+/// guess of the impact.
+pub(super) fn locate(at: &[f64], time: f64) -> (Point, f64) {
+    let coordinate = |i: usize| at[3 * i] + at[3 * i + 1] * time + at[3 * i + 2] * (0.5 * time * time);
+    (Point::new(coordinate(0), coordinate(1)), coordinate(2))
 }
 
 /// Returns the action of the cloth on balls of this moment of inertia. A wrong frame rate changes

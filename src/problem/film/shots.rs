@@ -3,10 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::block::{FilmBlock, FilmedShot, locate};
+use super::block::{FilmBlock, FilmedShot};
 use super::camera::Camera;
 use super::dual::{Dual, DualVector, INPUTS, gradient};
-use super::motion::Struck;
+use super::motion::{Struck, locate};
 use super::own::{self, OWN};
 use crate::measurement::dataset::{Before, Measured, Measurement, Shot};
 use crate::measurement::observable::{Axis, Observable};
