@@ -97,8 +97,8 @@ fn noise_that_is_stated_wrongly_is_not_blamed_on_the_model() {
     assert!(large.grade == Grade::Doubtful && large.sentence.contains("position_sd_m"), "{}", large.sentence);
 }
 
-/// A ramp plays all shots in one direction with one cut, which poorly distinguishs aspect, shear and rolling shutter: where they are stated
-/// the fit is right, where they are not the errors include them.
+/// A ramp plays all shots in one direction with one cut, which hardly tells aspect, shear and rolling shutter apart: where they are
+/// stated the fit is right, where they are not the errors include them.
 #[test]
 fn one_direction_does_not_bend_the_camera() {
     for seed in [7704, 7705] {

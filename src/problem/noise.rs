@@ -58,9 +58,9 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
                 *noise = Noise { sd, rho };
             }
         }
-        // samples that share an unknown do not scatter about it because they differ in it
-        // of a film a spread that would become smaller makes errors slightly too large
+        // in a film, stopping before a spread has become smaller makes errors slightly too large
         let least_change = if problem.samples[sample].block.contact().is_some() { 0.8 } else { 0.95 };
+        // in a comparison spreads stay: they are not to explain that data sets differ
         let spreads = if sums.len() == 1 { problem.samples[0].block.spreads().len() } else { 0 };
         for which in 0..spreads {
             let new = estimate_spread(problem, at, (&reduced, &estimates), sample, which);

@@ -65,8 +65,8 @@ pub(crate) fn fit_film(
         estimates = run.name_causes(how, first_noise)?;
         let spreads = run.problem.film().map_or(&[][..], |film| &film.spreads[FIRST_SCATTER..]);
         let differing = SCATTERED.into_iter().zip(spreads).filter(|(_, spread)| spread.sd > spread.first);
-        let differing = differing.map(|(id, spread)| Differing { id, sd: spread.sd }).collect();
-        run.findings.push(Finding::Dispersed { spreads: differing });
+        let spreads: Vec<_> = differing.map(|(id, spread)| Differing { id, sd: spread.sd }).collect();
+        run.findings.extend((!spreads.is_empty()).then_some(Finding::Dispersed { spreads }));
     } else if !run.problem.is_robust() {
         run.let_scatter();
         estimates = run.estimates()?;
