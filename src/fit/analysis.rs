@@ -8,7 +8,7 @@ use super::camera::FoundCamera;
 use super::film::FittedFilm;
 use super::request::Request;
 use super::{Fit, FitError, Options, film_words, of_discs, of_film, of_rows};
-use crate::measurement::dataset::{Dataset, Measured};
+use crate::measurement::dataset::Dataset;
 use crate::measurement::track::TrackShot;
 use crate::problem::{DiscImpact, FilmError, Id, Modelling, Policy, fit_film, measure_discs};
 
@@ -122,8 +122,7 @@ pub(crate) fn with_impacts(mut dataset: Dataset) -> (Dataset, Option<FittedFilm>
     let spins = film_words::unknown_spins(&film).map(|remark| remark.sentence);
     let sentences: Vec<String> = sentences.chain(spins).collect();
     dataset.left_out.extend(film.solution.left_out.iter().cloned());
-    let measured = |id| film.shared(id).map(|(value, sd)| Measured::new(value, sd));
-    (dataset.sliding, dataset.rolling) = (measured(Id::MuK), measured(Id::MuR));
+    (dataset.sliding, dataset.rolling) = (film.shared(Id::MuK), film.shared(Id::MuR));
     dataset.shots.extend(film.impacts.iter().map(|impact| impact.shot.clone()));
     dataset.tracks.iter_mut().for_each(|tracks| tracks.notes.extend(sentences.iter().cloned()));
     (dataset, Some(film))

@@ -7,20 +7,20 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use super::bootstrap::{self, Bootstrap};
-use super::deviations::{residuals, whiten};
+use super::deviations::{residuals, trends, whiten};
 use super::goodness::normality_of;
 use super::regions::contours;
 use super::request::{Request, rejected};
 use super::{
-    Computed, Counted, Depth, Diagnostics, Estimate, Fit, FitError, Goodness, Identifiability, Influence,
-    Noise, NoiseVerdict, Options, Rejected, Residual, Robust, Trend, Weight,
+    Computed, Counted, Depth, Diagnostics, Estimate, Fit, FitError, FoundCamera, Goodness, Identifiability,
+    Influence, Noise, NoiseVerdict, Options, Rejected, Residual, Robust, Status, Trend, Weight,
 };
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::physics::collision::Fidelity;
 use crate::problem::{
     Deviations, Estimates, Evaluation, Finding, Id, Known, Policy, Quantiles, RowsError, ShotInfluence,
-    Solution,
+    Solution, TableNoise,
 };
 
 /// Shots that are listed by their influence whether they are influential or not, and at most.
@@ -29,25 +29,20 @@ const LISTED: [usize; 2] = [5, 20];
 /// Part by which standard deviations may be too large, however many shots show it.
 const HARMLESS: f64 = 0.05;
 
-/// A fit of one sample.
+/// The end of a fit, and what follows from the kind of its data.
 pub(super) struct Fitted<'a> {
     pub(crate) request: Request<'a>,
     pub(crate) settings: Settings,
     pub(crate) solution: Arc<Solution>,
     pub(crate) deviations: Vec<Option<Deviations>>,
-}
-
-/// The parts of a fit that depend on the kind of the data.
-pub(super) struct Own<'a> {
     pub(crate) estimates: Vec<Estimate>,
     /// Covariance of the estimates.
-    pub(crate) errors: &'a Estimates,
-    /// Parameters of which combinations may be undetermined, and those that no number depends on.
+    pub(crate) errors: Estimates,
+    /// Parameters of which combinations may be undetermined, and whose regions are drawn.
     pub(crate) combined: Vec<Parameter>,
-    pub(crate) silent: Vec<Parameter>,
-    /// Parameters whose regions are drawn, and the degrees of freedom of a noise that was
-    /// estimated.
     pub(crate) drawn: Vec<Parameter>,
+    /// Noises that were estimated, with the degrees of freedom of the deviations of estimates.
+    pub(crate) noises: &'a [TableNoise],
     pub(crate) dof_of_noise: Option<f64>,
     /// χ² that is tested, its degrees of freedom, and whether its noise is stated.
     pub(crate) chi2: f64,
@@ -67,17 +62,19 @@ pub(super) fn check_fidelity(request: &Request) -> Result<(), FitError> {
 
 impl Fitted<'_> {
     /// Returns the fit without its remarks.
-    pub fn fit(&self, own: Own) -> Fit {
-        let Self { request: Request { dataset, group, options, .. }, solution, .. } = self;
-        let goodness = self.goodness(&own);
-        let Own { estimates, errors, combined, silent, drawn, dof_of_noise, .. } = own;
-        let ids: Vec<Id> = estimates.iter().map(|estimate| Id::from(estimate.parameter)).collect();
-        let covariance = solution.covariance_in(errors, &ids);
+    pub fn fit(self) -> Fit {
+        let Request { dataset, group, options, .. } = self.request;
+        let goodness = self.goodness();
+        let (rejected, robust, bootstrap) = (self.rejected(), self.robust(), self.bootstrap());
+        let Self { solution, estimates, combined, drawn, .. } = self;
+        let id = |estimate: &Estimate| Id::from(estimate.parameter);
+        let covariance = solution.covariance_in(&self.errors, &estimates.iter().map(id).collect::<Vec<_>>());
         let value = |p: &Parameter| (Id::from(*p), solution.value(Id::from(*p)));
         let worst = solution.worst_direction(&combined.iter().map(value).collect::<Vec<_>>());
-        let with_error = estimates.iter().filter(|estimate| estimate.std_error.is_some());
-        let with_error: Vec<Id> = with_error.map(|estimate| Id::from(estimate.parameter)).collect();
-        let wanted = Id::WANTED.into_iter().filter(|id| with_error.contains(id));
+        let is_silent = |e: &&Estimate| e.status == Status::NotIdentified && !solution.is_informed(id(e));
+        let silent = estimates.iter().filter(is_silent).map(|e| e.parameter).collect();
+        let has_error = |of: &Id| estimates.iter().any(|e| id(e) == *of && e.std_error.is_some());
+        let budget = Id::WANTED.into_iter().filter(has_error).filter_map(|id| solution.budget(id)).collect();
         let drawn = estimates.iter().filter(|estimate| drawn.contains(&estimate.parameter));
         let drawn: Vec<&Estimate> = drawn.filter(|_| options.depth >= Depth::Everything).collect();
         let residuals = residuals(&solution.names[0], &self.deviations);
@@ -94,40 +91,40 @@ impl Fitted<'_> {
             fidelity: options.fidelity.map_or("auto", Fidelity::name),
             footage: dataset.tracks.is_some(),
             correlation: correlation(&estimates, &covariance),
-            chi2: solution.chi2_of_all(),
+            chi2: solution.chi2_of_data().0 + solution.prior_chi2(),
             dof: solution.dof(),
-            noise: noise_of(&residuals),
-            shots_rejected: self.rejected(),
+            noise: noise_of(&residuals, self.noises),
+            shots_rejected: rejected,
             disc_shots: Vec::new(),
             scatter: None,
             friction_curve: Vec::new(),
-            camera: None,
+            camera: solution.is_film().then(|| FoundCamera::of_film(&solution)),
             residuals,
             frames: None,
-            solution: Arc::clone(solution),
             seconds: 0.0,
             diagnostics: Diagnostics {
-                computed: Computed::of(solution, options.fidelity),
+                computed: Computed::of(&solution, options.fidelity),
                 identifiability: Identifiability::new(combined, worst, silent),
                 goodness: Some(goodness),
-                robust: self.robust(),
-                bootstrap: self.bootstrap(),
-                contours: contours(solution, errors, &drawn, dof_of_noise),
+                robust,
+                bootstrap,
+                contours: contours(&solution, &self.errors, &drawn, self.dof_of_noise),
                 has_rival: estimates.iter().any(|estimate| estimate.includes_other_minimum),
                 suspicious: Vec::new(),
             },
-            budget: wanted.filter_map(|id| solution.budget(id)).collect(),
+            budget,
             remarks: Vec::new(),
             estimates,
+            solution,
         }
     }
 
     /// Returns whether model and noise describe the residuals.
-    fn goodness(&self, own: &Own) -> Goodness {
-        let &Own { chi2, dof, is_stated, ref trends, .. } = own;
+    fn goodness(&self) -> Goodness {
+        let &Self { chi2, dof, ref trends, .. } = self;
         let standardized: Vec<f64> = self.deviations.iter().flatten().flat_map(whiten).collect();
         let chance = ChiSquared::new(dof).ok().map(|distribution| distribution.sf(chi2));
-        let p_value = chance.filter(|_| is_stated);
+        let p_value = chance.filter(|_| self.is_stated);
         let noise_factor = p_value.map(|_| (chi2 / dof).sqrt());
         let improbable = Policy::default().improbable;
         let noise = match p_value {
@@ -148,7 +145,6 @@ impl Fitted<'_> {
             },
             chi2,
             dof: dof as usize,
-            noise_is_stated: is_stated,
             p_value,
             noise,
             noise_factor,
@@ -159,31 +155,46 @@ impl Fitted<'_> {
         }
     }
 
-    /// Returns the parameters that the fit has, in their order.
-    pub fn parameters(&self) -> Vec<Parameter> {
-        let extra = |p: &Parameter| {
-            // c has no meaning without b
-            let decides = if *p == Parameter::C { Parameter::B } else { *p };
-            self.solution.value(Id::from(decides)) != 0.0 && !p.is_of_balls()
-        };
-        Parameter::ALL.into_iter().filter(|p| self.settings.has(*p) || extra(p)).collect()
-    }
-
-    /// Returns the estimates of the parameters of a film, with intervals for a scatter of these
-    /// degrees of freedom that extend to other minima.
-    pub fn estimates_of_film(&self, dof: Option<f64>, others: &[Evaluation]) -> Vec<Estimate> {
-        let Self { solution, settings, .. } = self;
-        let undetermined = Parameter::ALL.into_iter().filter(|p| is_undetermined(solution, settings, *p));
+    /// Returns the end of a fit of frames, with intervals for a scatter of these degrees of freedom
+    /// that extend to other minima.
+    pub fn of_frames<'a>(
+        request: Request<'a>,
+        settings: Settings,
+        solution: Arc<Solution>,
+        deviations: Vec<Option<Deviations>>,
+        (dof_of_noise, others): (Option<f64>, &[Evaluation]),
+    ) -> Fitted<'a> {
+        let (chi2, observations) = solution.chi2_of_data();
+        let unknowns = solution.own_count() as f64 + solution.covariance.count_data(&solution.problem);
+        let undetermined = Parameter::ALL.into_iter().filter(|p| is_undetermined(&solution, &settings, *p));
         let known = Known {
-            solution,
+            solution: &solution,
             as_free: &solution.covariance,
             undetermined: undetermined.map(Id::from).collect(),
-            quantiles: Quantiles::new(dof),
+            quantiles: Quantiles::new(dof_of_noise),
             others,
-            profiles: self.request.options.depth >= Depth::Intervals && solution.weights().is_empty(),
+            profiles: request.options.depth >= Depth::Intervals && solution.weights().is_empty(),
         };
         let estimate = |p: Parameter| known.estimate(p).unless_uninformed(&settings[p]);
-        self.parameters().into_iter().map(estimate).collect()
+        let mut fitted = Fitted {
+            errors: solution.covariance.clone(),
+            combined: Vec::new(),
+            drawn: Vec::new(),
+            noises: &[],
+            dof_of_noise,
+            chi2,
+            dof: (observations - unknowns).max(0.0),
+            is_stated: solution.states_noise(),
+            trends: trends(&solution, &deviations, |slope, _| Some(slope.p_value)),
+            estimates: parameters(&solution, &settings).into_iter().map(estimate).collect(),
+            request,
+            settings,
+            deviations,
+            solution: Arc::clone(&solution),
+        };
+        fitted.combined = fitted.contact();
+        fitted.drawn = fitted.contact();
+        fitted
     }
 
     fn rejected(&self) -> Vec<Rejected> {
@@ -203,7 +214,10 @@ impl Fitted<'_> {
     pub fn contact(&self) -> Vec<Parameter> {
         let has_error =
             |p: Parameter| self.solution.get(Id::from(p)).is_some_and(|own| own.std_error.is_some());
-        self.parameters().into_iter().filter(|p| has_error(*p) && !p.is_of_balls()).collect()
+        parameters(&self.solution, &self.settings)
+            .into_iter()
+            .filter(|p| has_error(*p) && !p.is_of_balls())
+            .collect()
     }
 
     /// Returns how the estimates scatter if shots are drawn again, if that is asked for.
@@ -243,7 +257,7 @@ impl Fitted<'_> {
                 let error = solution.get(Id::from(p))?.std_error?;
                 Some((p, change(&Id::from(p)) / error))
             };
-            let shifts = self.parameters().into_iter().filter_map(shift).collect();
+            let shifts = parameters(&self.solution, &self.settings).into_iter().filter_map(shift).collect();
             Influence { shot, leverage: found.leverage, cook, shifts }
         };
         let mut all: Vec<Influence> =
@@ -256,6 +270,16 @@ impl Fitted<'_> {
     }
 }
 
+/// Returns the parameters that a fit has, in their order.
+fn parameters(solution: &Solution, settings: &Settings) -> Vec<Parameter> {
+    let extra = |p: &Parameter| {
+        // c has no meaning without b
+        let decides = if *p == Parameter::C { Parameter::B } else { *p };
+        solution.value(Id::from(decides)) != 0.0 && !p.is_of_balls()
+    };
+    Parameter::ALL.into_iter().filter(|p| settings.has(*p) || extra(p)).collect()
+}
+
 /// Returns whether the frames of a film do not determine a parameter.
 pub(super) fn is_undetermined(solution: &Solution, settings: &Settings, parameter: Parameter) -> bool {
     let id = Id::from(parameter);
@@ -263,20 +287,25 @@ pub(super) fn is_undetermined(solution: &Solution, settings: &Settings, paramete
     if solution.get(id).is_none() { !is_held } else { solution.is_undetermined(id) }
 }
 
-/// Returns a row for each observable, in the order of first appearance, as of stated noise.
-fn noise_of(residuals: &[Residual]) -> Vec<Noise> {
+/// Returns a row for each observable, in the order of first appearance, with the noises that were
+/// estimated.
+fn noise_of(residuals: &[Residual], estimated: &[TableNoise]) -> Vec<Noise> {
     let mut all: Vec<Noise> = Vec::new();
-    for Residual { observable, measured, predicted, .. } in residuals {
-        let square = (measured - predicted).powi(2);
-        if let Some(known) = all.iter_mut().find(|known| known.observable == *observable) {
-            (known.count, known.rms) = (known.count + 1, known.rms + square);
-        } else {
-            let observable = *observable;
-            all.push(Noise { observable, count: 1, rms: square, estimated_sd: None, rounding: None });
+    for Residual { observable, .. } in residuals {
+        if all.iter().any(|known| known.observable == *observable) {
+            continue;
         }
-    }
-    for noise in &mut all {
-        noise.rms = (noise.rms / noise.count as f64).sqrt();
+        let alike = residuals.iter().filter(|other| other.observable == *observable);
+        let squares: Vec<f64> = alike.map(|own| (own.measured - own.predicted).powi(2)).collect();
+        let found = estimated.iter().find(|noise| noise.pool.observables.contains(observable));
+        let is_rounding = |noise: &&TableNoise| noise.pool.rounding > 0.0 && noise.sd <= noise.pool.rounding;
+        all.push(Noise {
+            observable: *observable,
+            count: squares.len(),
+            rms: (squares.iter().sum::<f64>() / squares.len() as f64).sqrt(),
+            estimated_sd: found.map(|noise| if noise.is_known { noise.sd } else { f64::NAN }),
+            rounding: found.filter(is_rounding).map(|noise| noise.pool.rounding),
+        });
     }
     all
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::measurement::dataset::Dataset;
+use crate::measurement::dataset::{Dataset, Measured};
 use crate::measurement::track::TrackShot;
 use crate::problem::{FittedFrame, Id, Impact, OwnEstimate, Solution};
 
@@ -97,9 +97,9 @@ impl FittedFilm {
 
     /// Returns the estimate of an unknown that all shots share, with its standard error.
     #[must_use]
-    pub fn shared(&self, id: Id) -> Option<(f64, f64)> {
+    pub fn shared(&self, id: Id) -> Option<Measured> {
         let estimate = self.solution.get(id)?;
-        Some((estimate.value, estimate.std_error?))
+        Some(Measured::new(estimate.value, estimate.std_error?))
     }
 
     /// Writes a text of each shot, some shots at a time: not all frames may fit in memory.

@@ -31,9 +31,6 @@ pub(crate) struct Goodness {
     pub(crate) chi2: f64,
     /// Degrees of freedom of this χ².
     pub(crate) dof: usize,
-    /// Whether χ² can be tested: the noise is stated, and no shot is down-weighted.
-    #[serde(skip)]
-    pub(crate) noise_is_stated: bool,
     /// Probability of a larger χ² if model and noise are right; null if the noise was estimated
     /// from the residuals, or shots were down-weighted.
     pub(crate) p_value: Option<f64>,

@@ -6,8 +6,7 @@ use minijinja::context;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::camera::FoundCamera;
-use super::common::{Fitted, Own, is_undetermined};
+use super::common::{Fitted, is_undetermined};
 use super::deviations::{trends, whiten};
 use super::request::Request;
 use super::{Computed, Fit, FitError, Remark, Scatter, Status, doubts, film_words};
@@ -35,36 +34,31 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     }
     let disc_fit = fit_discs(&dataset, &Policy::default()).map_err(|error| request.of_film(error))?;
     let DiscFit { solution, impacts, .. } = &disc_fit;
-    let common = Fitted {
-        request: Request { dataset: &dataset, ..request },
-        settings: dataset.settings,
-        solution: Arc::new(solution.clone()),
-        deviations: deviations(&disc_fit, &dataset.settings),
-    };
+    let mut fitted = Fitted::of_frames(
+        Request { dataset: &dataset, ..request },
+        dataset.settings,
+        Arc::new(solution.clone()),
+        deviations(&disc_fit, &dataset.settings),
+        (dof(&disc_fit), &disc_fit.others),
+    );
+    fitted.estimates.retain(|e| e.parameter != Parameter::MuS && !e.parameter.is_of_balls());
+    let standardized: Vec<f64> = fitted.deviations.iter().flatten().flat_map(whiten).collect();
+    let chi2 = standardized.iter().map(|x| x * x).sum();
+    let dof = standardized.len().saturating_sub(fitted.combined.len());
     let shots = solution.names[0].len();
-    let mut estimates = common.estimates_of_film(dof(&disc_fit), &disc_fit.others);
-    estimates.retain(|e| e.parameter != Parameter::MuS && !e.parameter.is_of_balls());
-    let silent = estimates.iter().filter(|e| e.status == Status::NotIdentified);
-    let with_error = common.contact();
-    let standardized: Vec<f64> = common.deviations.iter().flatten().flat_map(whiten).collect();
-    let parts = Own {
-        errors: &solution.covariance,
-        silent: silent.map(|e| e.parameter).collect(),
-        drawn: with_error.clone(),
-        dof_of_noise: dof(&disc_fit),
-        chi2: standardized.iter().map(|x| x * x).sum(),
-        dof: standardized.len().saturating_sub(with_error.len()) as f64,
+    fitted = Fitted {
+        chi2,
+        dof: dof as f64,
         is_stated: false,
-        trends: trends(solution, &common.deviations, chance),
-        combined: with_error,
-        estimates,
+        trends: trends(solution, &fitted.deviations, chance),
+        ..fitted
     };
     let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
     let distance = discs.and_then(|discs| discs.radii).map(|[first, second]| first + second);
     let [restitution, impulse_ratio, ..] = disc_fit.scatter();
     let mut fit = Fit {
-        chi2: parts.chi2,
-        dof: parts.dof as usize,
+        chi2,
+        dof,
         ball: Ball {
             radius: 0.5 * distance.unwrap_or_else(|| solution.value(Id::ContactDistance)),
             mass: 1.0,
@@ -74,8 +68,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         discs,
         disc_shots: impacts.clone(),
         scatter: Some(Scatter { restitution, impulse_ratio, is_estimated: shots >= LEAST_SHOTS }),
-        camera: Some(FoundCamera::of_film(&common.solution)),
-        ..common.fit(parts)
+        ..fitted.fit()
     };
     let effects = Effects {
         compliance: solution.value(Id::Kappa) > 0.0,

@@ -2,14 +2,12 @@
 
 use std::sync::Arc;
 
-use super::camera::FoundCamera;
-use super::common::{Fitted, Own, check_fidelity};
-use super::deviations::trends;
+use super::common::{Fitted, check_fidelity};
 use super::film::FittedFilm;
 use super::film_words::DIFFERS;
 use super::request::Request;
-use super::{Estimate, Fit, FitError, Status, doubts, film_words};
-use crate::measurement::dataset::{Measured, Shot};
+use super::{Fit, FitError, doubts, film_words};
+use crate::measurement::dataset::Shot;
 use crate::measurement::parameter::{Compliance, Parameter, Setting, Settings};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Fidelity, Model};
@@ -36,38 +34,16 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         };
     }
     let solution = Arc::clone(&film.solution);
-    let fitted = Fitted { request, settings, solution, deviations };
-    let solution = &film.solution;
-    let estimates = fitted.estimates_of_film(None, &[]);
-    let is_silent =
-        |e: &&Estimate| e.status == Status::NotIdentified && solution.get(Id::from(e.parameter)).is_none();
-    let (chi2, observations) = solution.chi2_of_data();
-    let unknowns = solution.own_count() as f64 + solution.covariance.count_data(&solution.problem);
-    let parts = Own {
-        errors: &solution.covariance,
-        combined: fitted.contact(),
-        silent: estimates.iter().filter(is_silent).map(|e| e.parameter).collect(),
-        drawn: fitted.contact(),
-        dof_of_noise: None,
-        chi2,
-        dof: (observations - unknowns).max(0.0),
-        is_stated: solution.states_noise(),
-        trends: trends(solution, &fitted.deviations, |slope, _| Some(slope.p_value)),
-        estimates,
-    };
-    let measured = |id: Id| film.shared(id).map(|(value, sd)| Measured::new(value, sd));
+    let fitted = Fitted::of_frames(request, settings, solution, deviations, (None, &[]));
     let mut fit = Fit {
-        sliding: measured(Id::MuK),
-        rolling: measured(Id::MuR),
-        chi2: chi2 + solution.prior_chi2(),
-        camera: Some(FoundCamera::of_film(solution)),
+        sliding: film.shared(Id::MuK),
+        rolling: film.shared(Id::MuR),
         frames: Some(film.clone()),
-        ..fitted.fit(parts)
+        ..fitted.fit()
     };
     let shots: Vec<&Shot> = film.impacts.iter().map(|impact| &impact.shot).collect();
     let has_topspin = film.solution.topspins().iter().any(|(_, topspin)| *topspin > 0.5 * DIFFERS);
-    let remarks = film_words::of_film(&film);
-    doubts::comment(&mut fit, dataset, &shots, has_topspin, remarks);
+    doubts::comment(&mut fit, dataset, &shots, has_topspin, film_words::of_film(&film));
     Ok(fit)
 }
 
