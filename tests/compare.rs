@@ -1,7 +1,7 @@
 //! Comparisons: differences that are there are found, and others are not.
 
 use caromfit::compare::{Options, compare};
-use caromfit::report::compare::{table, warnings};
+use caromfit::report::compare::table;
 
 use crate::cli::done_in;
 use crate::prelude::*;
@@ -65,7 +65,7 @@ fn a_refuted_model_has_no_errors_and_no_differences() {
         }
     }
     let comparison = compare(&[good.clone(), bad], &options::of_comparison()).unwrap();
-    let first = &warnings(&comparison)[0];
+    let first = &comparison.warnings()[0];
     assert!(first.contains("of bad (χ²/dof") && !first.contains("good"), "{first}");
     for compared in part(&comparison, "/parameters").as_array().unwrap() {
         let estimates = compared["estimates"].as_array().unwrap();

@@ -1,7 +1,6 @@
 //! Comparisons have what fits have: friction that decreases, contacts that give way, frames, cameras.
 
 use caromfit::compare::Options;
-use caromfit::report::compare::{notes, warnings};
 
 use crate::camera::by_phone;
 use crate::compare::{Asked, difference, is_the_fit_of_all, of};
@@ -35,7 +34,7 @@ fn falling_friction_is_compared() {
     let both = [falling("clean", 0.06, 41), falling("chalked", 0.12, 42)];
     // μ and b differ by data set, c is held
     let apart = compare::compare(&both, &options::of_comparison()).unwrap();
-    assert!(part(&apart, "/converged") == true && warnings(&apart).is_empty(), "{:?}", warnings(&apart));
+    assert!(part(&apart, "/converged") == true && apart.warnings().is_empty(), "{:?}", apart.warnings());
     is_right(&difference(&apart, B), 0.06);
     is_right(&difference(&apart, MU), 0.0);
     assert_eq!(difference(&apart, B)["real"], true);
@@ -98,7 +97,7 @@ fn a_contact_that_gives_way_is_compared() {
     is_right(&difference(&stated, MU), 0.04);
     let held = &of(&stated, KAPPA)["estimates"][0];
     assert!(held["fitted"] == false && held["estimate"] == 2.5, "{held}");
-    let warnings = warnings(&stated);
+    let warnings = stated.warnings();
     assert!(!warnings.iter().any(|warning| warning.contains("kappa")), "{warnings:?}");
     let free = Setting { fixed: false, ..Parameter::Kappa.default_setting() };
     let free = compare::compare(&with(free), &options).unwrap();
@@ -115,7 +114,7 @@ fn a_contact_that_gives_way_is_compared() {
 fn data_sets_call_for_a_contact_that_gives_way_together() {
     let both = [giving("one", 0.05, Model::KAPPA, 47), giving("two", 0.05, Model::KAPPA, 48)];
     let comparison = is_the_fit_of_all(&both, Asked { auto: true, ..Asked::default() });
-    assert!(notes(&comparison).iter().any(|note| note.contains("is compliant")), "{:?}", notes(&comparison));
+    assert!(comparison.notes().iter().any(|note| note.contains("is compliant")), "{:?}", comparison.notes());
 }
 
 /// Cue balls that differ by 1 % in mass, of which no data set says anything, are no difference of the cloth.
@@ -134,7 +133,7 @@ fn unequal_balls_are_no_difference_of_the_cloth() {
     let found = difference(&comparison, MU_S);
     is_right(&found, 0.0);
     assert_eq!(found["real"], false, "{found}");
-    let notes = notes(&comparison);
+    let notes = comparison.notes();
     let limit = |note: &String| note.contains("difference in μ_s") && note.contains("is the mass ratio");
     assert!(notes.iter().any(limit), "{notes:?}");
 }
@@ -148,8 +147,8 @@ fn data_that_contradict_what_is_shared_are_named() {
         made(&with(&spec("tracks", &["natural-roll"], 15, seed), &keys))
     });
     let comparison = compare::compare(&both, &options::of_comparison()).unwrap();
-    let warnings = warnings(&comparison);
-    let is_named = |said: &String| said.starts_with("e is shared, and the data contradict");
+    let warnings = comparison.warnings();
+    let is_named = |said: &&str| said.starts_with("e is shared, and the data contradict");
     assert!(warnings.iter().any(is_named), "{warnings:?}");
     assert!(number(&of(&comparison, e), "/same_or_different/p_value") < 1e-6);
     let apart = Options { per_dataset: vec![e], ..options::of_comparison() };

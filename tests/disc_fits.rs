@@ -187,7 +187,7 @@ fn differences_between_discs_include_the_scatter_of_their_shots() {
         });
         let comparison = compare::compare(&pair, &options).unwrap();
         let compared = of(&comparison, Quantity::Parameter(Parameter::E));
-        let notes = caromfit::report::compare::notes(&comparison);
+        let notes = comparison.notes();
         assert!(notes.iter().any(|note| note.contains("scatter by")), "{notes:?}");
         number(&compared, "/differences/0/p_value")
     };

@@ -2,19 +2,25 @@
 
 use std::sync::Arc;
 
+use minijinja::context;
 use nalgebra::DVector;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::joint::{Joint, estimate, settle};
 use super::result::{
-    Compared, Comparison, Difference, Finding, LikelihoodRatio, Quantity, RATIO, Reason, Robust,
+    Compared, Comparison, Difference, LeftOut, LikelihoodRatio, Quantity, RATIO, REFUTED, Robust,
     SampleSummary, SampleWeight, Value, WALD,
 };
 use super::{CompareError, refuse};
 use crate::fit::deviations::{holm, residuals};
+use crate::fit::film_words::{Remark, note, words_of};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
+use crate::problem::Severity::{Doubtful, Unusable};
 use crate::problem::{self, Block, Estimates, Evaluation, Id, Mode, Policy, Problem, refutes};
+
+/// Kind of the remark that mass ratios limit a difference.
+const MASS_RATIOS: &str = "mass-ratios";
 
 impl Joint<'_> {
     /// Returns what the fit says.
@@ -39,10 +45,10 @@ impl Joint<'_> {
         for difference in quantities.iter_mut().flat_map(|compared| &mut compared.differences) {
             difference.real = difference.p_holm < Policy::default().level;
         }
-        let mut findings = std::mem::take(&mut self.samples.findings);
-        findings.extend(quantities.iter().flat_map(find_doubts));
-        findings.extend(Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity)));
-        findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity()));
+        let mut remarks = std::mem::take(&mut self.samples.remarks);
+        remarks.extend(quantities.iter().flat_map(find_doubts));
+        remarks.extend(Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity)));
+        remarks.sort_by_key(|remark| std::cmp::Reverse(remark.severity));
         let (mut losses, mut weights) = (Vec::new(), Vec::new());
         for (number, alone) in self.samples.fitted.iter().enumerate() {
             let solution = self.solution.of_sample(number);
@@ -67,7 +73,7 @@ impl Joint<'_> {
             labels: self.samples.labels,
             samples: self.samples.summaries,
             solution: Arc::new(self.solution),
-            findings,
+            remarks,
         };
         judge(&mut comparison);
         Ok(comparison)
@@ -113,7 +119,11 @@ impl Joint<'_> {
             match self.column_of(label, quantity, estimates) {
                 Ok(Some(column)) => determining.push((label, column)),
                 Ok(None) => {}
-                Err(reason) => left_out.push((label, reason)),
+                Err(why) => {
+                    let values = context! { quantity => quantity.name(), meaning => quantity.meaning() };
+                    let label = self.samples.labels[label].clone();
+                    left_out.push(LeftOut { label, reason: words_of(why, values) });
+                }
             }
         }
         let has_shots = |label: &usize| self.of_label(*label).next().is_some();
@@ -125,6 +135,7 @@ impl Joint<'_> {
         let differences = estimates.filter(|_| is_separate);
         Compared {
             quantity,
+            meaning: quantity.meaning(),
             shared: !is_separate,
             estimates: shown.into_iter().map(|label| self.value(label, quantity, estimates)).collect(),
             differences: differences.map_or_else(Vec::new, |all| self.differences(&determining, all)),
@@ -136,19 +147,19 @@ impl Joint<'_> {
     /// Returns the column of a quantity that the samples of a label estimate; `None` if it is held.
     ///
     /// # Errors
-    /// Why they do not determine it.
+    /// Name of the words why they do not determine it.
     fn column_of(
         &self,
         label: usize,
         quantity: Quantity,
         estimates: Option<&Estimates>,
-    ) -> Result<Option<usize>, Reason> {
+    ) -> Result<Option<usize>, &'static str> {
         let (id, mut own) = (quantity.id(), self.of_label(label));
         if own.clone().next().is_none() {
-            return Err(Reason::NoShots);
+            return Err("left-out/no-shots");
         }
         if !own.clone().any(|sample| self.sample_has(sample, quantity)) {
-            return Err(Reason::Absent);
+            return Err("left-out/absent");
         }
         let Some(column) = self.column(label, id) else {
             let settings = |sample: usize| &self.samples.fitted[sample].settings;
@@ -157,18 +168,18 @@ impl Joint<'_> {
                 Quantity::Parameter(parameter) => own.all(|sample| settings(sample)[parameter].fixed),
                 Quantity::Sliding => false,
             };
-            return if is_held { Ok(None) } else { Err(Reason::Independent) };
+            return if is_held { Ok(None) } else { Err("left-out/independent") };
         };
         let informs = |sample: usize| {
             let mut shots = self.solution.at.shots[sample].iter().filter_map(|shot| shot.reduced(&[id]));
             shots.any(|(information, _)| information[(0, 0)] > 0.0)
         };
         if !own.any(informs) {
-            return Err(if id == Id::Mu { Reason::Sticks } else { Reason::Uncertain });
+            return Err(if id == Id::Mu { "left-out/sticks" } else { "left-out/uncertain" });
         }
         // without any covariance, estimates stand without errors
         let has_error = |all: &Estimates| known_error(&self.solution.problem, all, column).is_some();
-        if estimates.is_none_or(has_error) { Ok(Some(column)) } else { Err(Reason::Uncertain) }
+        if estimates.is_none_or(has_error) { Ok(Some(column)) } else { Err("left-out/uncertain") }
     }
 
     /// Returns the value of an unknown that the samples of a label have.
@@ -276,7 +287,7 @@ impl Joint<'_> {
     /// Returns that most of the variance of a difference is due to mass ratios that the labels do
     /// not share: dᵀC⁻¹d, with d the covariances of the difference and the ratios, and C the
     /// covariance of the ratios.
-    fn limit(&self, quantity: Quantity) -> Option<Finding> {
+    fn limit(&self, quantity: Quantity) -> Option<Remark> {
         let Estimates { columns, covariance } = &self.solution.covariance;
         let places = |id: Id| -> Vec<usize> {
             let is_of_quantity = |i: &usize| self.solution.problem.unknowns[columns[*i]].id == id;
@@ -290,19 +301,22 @@ impl Joint<'_> {
         let by_ratios = difference.select_rows(&ratios);
         let part = by_ratios.dot(&(&inverse * &by_ratios));
         let is_most = ratios.len() > 1 && 2.0 * part > variance;
-        is_most.then_some(Finding::MassRatios { quantity, std_error: variance.sqrt(), part: part.sqrt() })
+        let (quantity, std_error, part) = (quantity.name(), variance.sqrt(), part.sqrt());
+        is_most.then(|| note(MASS_RATIOS, context! { quantity, std_error, part }))
     }
 }
 
 /// Returns a shared quantity that the data contradict as doubtful fits do, and estimates at a
 /// bound.
-fn find_doubts(Compared { quantity, shared, estimates, same_or_different, .. }: &Compared) -> Vec<Finding> {
-    let (quantity, level) = (*quantity, 2.0 * Normal::standard().sf(Policy::default().conflict));
+fn find_doubts(Compared { quantity, shared, estimates, same_or_different, .. }: &Compared) -> Vec<Remark> {
+    let (quantity, level) = (quantity.name(), 2.0 * Normal::standard().sf(Policy::default().conflict));
     let p_value = same_or_different.map(|test| test.p_value).filter(|p_value| *shared && *p_value < level);
-    let not_shared = p_value.map(|p_value| Finding::NotShared { quantity, p_value });
+    let not_shared =
+        p_value.map(|p_value| Remark::new(Doubtful, "not-shared", context! { quantity, p_value }));
     let at_bound =
         estimates.iter().filter(|value| value.at_bound).map(|Value { label, estimate, .. }| {
-            Finding::AtBound { quantity, label: label.clone(), bound: *estimate }
+            let values = context! { quantity, label, bound => estimate };
+            Remark::new(Doubtful, "at-bound/label-at-bound", values)
         });
     not_shared.into_iter().chain(at_bound).collect()
 }
@@ -315,15 +329,18 @@ fn judge(comparison: &mut Comparison) {
     }
     let policy = Policy::default();
     let (chi2, dof) = (comparison.chi2(), comparison.solution.dof());
-    let standardized = |(sample, SampleSummary { residuals, .. }): (usize, &SampleSummary)| {
+    let mut samples = Vec::new();
+    for SampleSummary { title, residuals, .. } in &comparison.samples {
         let chi2 = residuals.iter().map(|residual| residual.standardized.powi(2)).sum();
         // a sample takes up few of the parameters, of many observations
-        refutes(chi2, residuals.len() as f64, &policy).map(|reduced| (sample, reduced))
-    };
-    let samples: Vec<(usize, f64)> = comparison.samples.iter().enumerate().filter_map(standardized).collect();
+        samples
+            .extend(refutes(chi2, residuals.len() as f64, &policy).map(|reduced| (title.clone(), reduced)));
+    }
     if samples.is_empty() && refutes(chi2, dof as f64, &policy).is_none() {
         return;
     }
+    let values = context! { samples, reduced_chi2 => chi2 / dof.max(1) as f64 };
+    let refuted = Remark::new(Unusable, REFUTED, values);
     for compared in comparison.quantities.iter_mut().filter(|own| own.quantity != Quantity::Sliding) {
         for value in &mut compared.estimates {
             (value.std_error, value.interval_95) = (None, None);
@@ -331,9 +348,8 @@ fn judge(comparison: &mut Comparison) {
         compared.differences.clear();
         compared.same_or_different = None;
     }
-    comparison.findings.retain(|finding| !matches!(finding, Finding::MassRatios { .. }));
-    let reduced_chi2 = chi2 / dof.max(1) as f64;
-    comparison.findings.insert(0, Finding::Refuted { samples, reduced_chi2 });
+    comparison.remarks.retain(|remark| remark.kind != MASS_RATIOS);
+    comparison.remarks.insert(0, refuted);
 }
 
 /// Returns the standard error of a column if it is less than its bounds leave open.

@@ -1,12 +1,15 @@
 //! The fit of all samples together.
 
+use minijinja::context;
 use nalgebra::DMatrix;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
 use super::CompareError;
-use super::result::{Difference, Finding};
+use super::result::{Difference, NOT_CONVERGED};
 use super::samples::{Alone, Samples};
+use crate::fit::film_words::{Remark, note};
 use crate::numerics::EXACT;
+use crate::problem::Severity::{Doubtful, Unusable};
 use crate::problem::{
     self, Descent, Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, State, comply, descend,
     descend_with_noise, robust_covariance,
@@ -35,7 +38,7 @@ impl<'a> Joint<'a> {
             && let Some(problem::Finding::Compliance { fall, adopted: true, .. }) =
                 comply(&mut problem, &mut descent, &Policy::default())
         {
-            samples.findings.push(Finding::Compliance { fall });
+            samples.remarks.push(note("compliance/compliant-together", context! { fall }));
         }
         if problem.is_weighed() {
             problem.weigh(&descent.end.state);
@@ -45,10 +48,11 @@ impl<'a> Joint<'a> {
         // χ² of likelihood ratios is that of the noise as it was estimated last
         let end = settle(&problem, descent.end.state);
         if !descent.converged {
-            samples.findings.push(Finding::NotConverged);
+            let values = context! { termination => NOT_CONVERGED };
+            samples.remarks.push(Remark::new(Unusable, "not-converged/joint-search-failed", values));
         }
         let covariance = estimate(&problem, &end, &[]).unwrap_or_else(|| {
-            samples.findings.push(Finding::Undetermined);
+            samples.remarks.push(Remark::new(Doubtful, "undetermined/joint-undetermined", context! {}));
             Estimates { columns: Vec::new(), covariance: DMatrix::zeros(0, 0) }
         });
         let names_of = |alone: &Alone| alone.solution.names.iter().flatten().cloned().collect();

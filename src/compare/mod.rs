@@ -17,9 +17,7 @@ mod result;
 mod samples;
 
 #[cfg(feature = "report")]
-pub(crate) use result::{
-    Compared, Difference, Finding, LikelihoodRatio, Reason, Robust, SampleSummary, Value,
-};
+pub(crate) use result::{Compared, NOT_CONVERGED, Robust, SampleSummary, Value};
 pub use result::{Comparison, Options, Quantity};
 
 use crate::fit::FitError;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::fit::film_words::{Remark, sentences};
 use crate::fit::{Grade, Rejected, Residual};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
@@ -82,6 +83,13 @@ pub struct Options {
     pub per_dataset: Vec<Quantity>,
 }
 
+/// Kind of the remark that the data rule the model out.
+pub(super) const REFUTED: &str = "refuted";
+
+/// Why a search that did not converge stopped.
+pub(crate) const NOT_CONVERGED: &str =
+    "no step lowered χ² though one was promised to, or there were too many steps";
+
 /// The result of a comparison: a value, which [`crate::report`] renders.
 #[derive(Clone, Debug)]
 pub struct Comparison {
@@ -96,7 +104,8 @@ pub struct Comparison {
     pub(crate) noise_estimated: bool,
     /// How robust losses weighted the shots, if data sets have any.
     pub(crate) robust: Option<Robust>,
-    pub(crate) findings: Vec<Finding>,
+    /// Everything that a reader should know, the most important first.
+    pub(crate) remarks: Vec<Remark>,
 }
 
 impl Comparison {
@@ -104,12 +113,22 @@ impl Comparison {
     pub fn grade(&self) -> Grade {
         let compares = self.quantities.iter().any(|quantity| !quantity.differences.is_empty());
         let least = if compares { Grade::Good } else { Grade::Doubtful };
-        Grade::of(self.findings.iter().map(Finding::severity).max()).max(least)
+        Grade::of(self.remarks.iter().map(|remark| remark.severity).max()).max(least)
     }
 
     /// Returns whether the data rule out the model: only what does not rest on it has errors.
     pub fn is_refuted(&self) -> bool {
-        self.findings.iter().any(|finding| matches!(finding, Finding::Refuted { .. }))
+        self.remarks.iter().any(|remark| remark.kind == REFUTED)
+    }
+
+    /// Returns what a reader must know, in sentences, the most important first.
+    pub fn warnings(&self) -> Vec<&str> {
+        sentences(&self.remarks, |severity| severity > Severity::Note)
+    }
+
+    /// Returns what else a reader may want to know, in sentences.
+    pub fn notes(&self) -> Vec<&str> {
+        sentences(&self.remarks, |severity| severity == Severity::Note)
     }
 
     /// Returns χ² of the joint fit, priors included.
@@ -159,20 +178,34 @@ pub(crate) struct SampleSummary {
     pub(crate) residuals: Vec<Residual>,
 }
 
-/// One quantity compared over all labels.
-#[derive(Clone, Debug)]
+/// A parameter over all labels.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct Compared {
+    /// Its name.
+    #[serde(rename = "parameter")]
     pub(crate) quantity: Quantity,
-    /// Whether it has one value for all, and not one for each label.
+    /// The meaning in words.
+    pub(crate) meaning: &'static str,
+    /// Whether it has one value for all labels.
     pub(crate) shared: bool,
-    /// Its one value, or the value for each label.
+    /// One value for all, or one for each label.
     pub(crate) estimates: Vec<Value>,
     /// The differences of all pairs of labels that determine it.
     pub(crate) differences: Vec<Difference>,
-    /// The test of one value for all against one for each, over the labels that determine it.
+    /// Test of one value for all against one for each label; null if fewer than two labels
+    /// determine it.
     pub(crate) same_or_different: Option<LikelihoodRatio>,
-    /// The index and the reason of each label that does not determine it.
-    pub(crate) left_out: Vec<(usize, Reason)>,
+    /// Labels that do not determine it.
+    pub(crate) left_out: Vec<LeftOut>,
+}
+
+/// A label that does not determine a parameter.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct LeftOut {
+    /// The label.
+    pub(crate) label: String,
+    /// Why it does not.
+    pub(crate) reason: String,
 }
 
 /// The value of a parameter.
@@ -245,60 +278,4 @@ pub(crate) struct LikelihoodRatio {
     /// difference.
     #[schemars(with = "Option<f64>")]
     pub(crate) delta_aic: f64,
-}
-
-/// A finding of a comparison.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "kebab-case")]
-pub(crate) enum Finding {
-    /// The data rule the model out: the estimates have no errors, and differences are not judged.
-    /// With χ² per degree of freedom of all, and of the samples whose own residuals do.
-    Refuted { samples: Vec<(usize, f64)>, reduced_chi2: f64 },
-    /// The descent did not end at a minimum.
-    NotConverged,
-    /// The data do not determine all unknowns together: there are no errors.
-    Undetermined,
-    /// The fit of one sample alone found this.
-    OfSample {
-        sample: usize,
-        #[serde(skip)]
-        severity: Severity,
-        sentence: String,
-    },
-    /// The data contradict, by chance with this probability, that a quantity is the same for all.
-    NotShared { quantity: Quantity, p_value: f64 },
-    /// The value of a label, or of all, is at a bound.
-    AtBound { quantity: Quantity, label: Option<String>, bound: f64 },
-    /// A compliant contact was adopted for all samples; `fall` is the decrease of −2 log L.
-    Compliance { fall: f64 },
-    /// Mass ratios that the labels do not share make up most of the error of a difference: a part.
-    MassRatios { quantity: Quantity, std_error: f64, part: f64 },
-}
-
-impl Finding {
-    /// Returns how far it affects the trust in a comparison.
-    pub fn severity(&self) -> Severity {
-        match self {
-            Self::Refuted { .. } | Self::NotConverged => Severity::Unusable,
-            Self::Undetermined | Self::NotShared { .. } | Self::AtBound { .. } => Severity::Doubtful,
-            Self::Compliance { .. } | Self::MassRatios { .. } => Severity::Note,
-            Self::OfSample { severity, .. } => *severity,
-        }
-    }
-}
-
-/// Why a label does not determine a quantity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Reason {
-    /// It has no shot that can be used.
-    NoShots,
-    /// Its fit does not have the quantity.
-    Absent,
-    /// Its contacts stick at the best fit: the friction is only known to be large.
-    Sticks,
-    /// Its observations do not depend on the quantity.
-    Independent,
-    /// Its standard error is larger than its bounds are apart, or χ² does not depend on it.
-    Uncertain,
 }

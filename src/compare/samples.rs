@@ -3,21 +3,20 @@
 
 use std::sync::Arc;
 
-use minijinja::Value as Values;
 use minijinja::value::Serde;
+use minijinja::{Value as Values, context};
 use nalgebra::Vector2;
 
-use super::result::{Finding, Options, Quantity, SampleSummary};
+use super::result::{Options, Quantity, SampleSummary};
 use super::{CompareError, refuse};
-use crate::fit::film_words::sentence;
-use crate::fit::{self, Depth, Fit, FitError, words_of};
+use crate::fit::film_words::{Remark, sentence, words_of};
+use crate::fit::{self, Depth, Fit, FitError};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::number::count_of;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::problem::own as place;
 use crate::problem::{
-    Block, Finding as OfFit, Id, Mode, OTHER_UNIT, Own, Problem, Sample, Severity, Shared, Solution, State,
-    Unknown,
+    Block, Finding, Id, Mode, OTHER_UNIT, Own, Problem, Sample, Severity, Shared, Solution, State, Unknown,
 };
 
 /// A data set, or the shots of one label of its `[fit] by`, fitted alone.
@@ -41,7 +40,7 @@ pub(super) struct Samples<'a> {
     pub(crate) labels: Vec<String>,
     pub(crate) fitted: Vec<Alone>,
     pub(crate) summaries: Vec<SampleSummary>,
-    pub(crate) findings: Vec<Finding>,
+    pub(crate) remarks: Vec<Remark>,
 }
 
 impl<'a> Samples<'a> {
@@ -66,7 +65,7 @@ impl<'a> Samples<'a> {
             labels: Vec::new(),
             fitted: Vec::new(),
             summaries: Vec::new(),
-            findings: Vec::new(),
+            remarks: Vec::new(),
         };
         for (film, whole) in datasets.iter().enumerate() {
             for (group, dataset) in fit::analysis::parts(whole) {
@@ -104,12 +103,13 @@ impl<'a> Samples<'a> {
                 let fit = fits.remove(0);
                 let shots_used = fit.shots_used();
                 let Fit { solution, frames, scatter, shots_rejected, .. } = fit;
-                let mut add = |severity, sentence| {
-                    self.findings.push(Finding::OfSample { sample, severity, sentence });
+                let mut add = |severity, sentence: String| {
+                    let beside = format!("{title}: {sentence}");
+                    self.remarks.push(Remark::new(severity, "of-sample", context! { beside }));
                 };
                 for finding in &solution.findings {
                     // what all samples determine together is said of their joint fit
-                    let is_of_all = matches!(finding, OfFit::Compliance { .. });
+                    let is_of_all = matches!(finding, Finding::Compliance { .. });
                     if let Some(sentence) = sentence(finding, frames.as_ref()).filter(|_| !is_of_all) {
                         add(finding.severity(), sentence);
                     }
@@ -224,7 +224,7 @@ impl Samples<'_> {
             all.mode = if mode == Mode::Free { mode } else { all.mode };
             all.bounds = [all.bounds[0].max(low), all.bounds[1].min(high)];
             all.prior = all.prior.into_iter().chain(prior).min_by(|a, b| a.sd.total_cmp(&b.sd));
-            let conflict = |own: &OfFit| matches!(own, OfFit::Conflict { id: own, .. } if own == id);
+            let conflict = |own: &Finding| matches!(own, Finding::Conflict { id: own, .. } if own == id);
             is_contradicted |= alone.solution.findings.iter().any(conflict);
             let factor = if *id == Id::Scale {
                 self.first_film(alone).solution.unit / alone.solution.unit

@@ -10,16 +10,6 @@ use crate::measurement::correction::Correction;
 use crate::measurement::dataset::Measured;
 use crate::problem::{Camera, Finding, Id, Solution};
 
-/// A correction as it was found, of what the data set states, in the unit that
-/// [`Correction::words`] names; the axis of a lens stands for its decentring.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct FoundCorrection {
-    pub(crate) which: Correction,
-    /// A scale that was wrong by a factor has that factor.
-    pub(crate) value: f64,
-    pub(crate) std_error: f64,
-}
-
 /// The camera as the shots of a film show it.
 #[derive(Clone, Debug)]
 pub struct FoundCamera(Arc<Solution>);
@@ -30,19 +20,17 @@ impl FoundCamera {
     }
 
     /// Returns the corrections that were free.
-    pub(crate) fn corrections(&self) -> Vec<FoundCorrection> {
-        let correction = |which: Correction| {
-            // both lists have the same order
-            let estimate = self.0.get(Id::ALL[Id::Scale as usize + which as usize])?;
-            Some(FoundCorrection { which, value: estimate.value, std_error: estimate.std_error? })
-        };
+    pub(crate) fn corrections(&self) -> Vec<(Correction, Measured)> {
+        let correction = |which: Correction| Some((which, self.found(which)?));
         Correction::ALL.into_iter().filter_map(correction).collect()
     }
 
-    /// Returns a correction that was free, in the unit that [`Correction::words`] names.
+    /// Returns a correction that was free, in the unit that [`Correction::words`] names: the axis of
+    /// a lens stands for its decentring, and a scale that was wrong by a factor has that factor.
     pub fn found(&self, which: Correction) -> Option<Measured> {
-        let correction = self.corrections().into_iter().find(|correction| correction.which == which)?;
-        Some(Measured::new(correction.value, correction.std_error))
+        // both lists have the same order
+        let estimate = self.0.get(Id::ALL[Id::Scale as usize + which as usize])?;
+        Some(Measured::new(estimate.value, estimate.std_error?))
     }
 
     /// Returns the value of a correction, stated or found; of the axis of a lens its decentring.
@@ -71,28 +59,16 @@ impl FoundCamera {
         self.0.frame_noise().map(|noises| noises[1].rho).filter(|rho| *rho > 0.0)
     }
 
-    /// Returns the number of shots with drops that frame numbers do not show, and of drops.
-    pub(crate) fn drops(&self) -> [usize; 2] {
-        let drops = self.0.findings.iter().find_map(|finding| match *finding {
-            Finding::Drops { shots, drops } => Some([shots, drops]),
-            _ => None,
-        });
-        drops.unwrap_or_default()
-    }
-
-    /// Returns how many frames before and after all impacts were left out as off.
-    pub(crate) fn spoiled(&self) -> Option<[usize; 2]> {
-        self.0.findings.iter().find_map(|finding| match *finding {
-            Finding::Spoiled { before, after } => Some([before, after]),
-            _ => None,
-        })
+    /// Returns what was found on the way.
+    pub(crate) fn findings(&self) -> &[Finding] {
+        &self.0.findings
     }
 
     /// Returns the corrections as a sentence; `None` if all were held.
     #[must_use]
     pub fn sentence(&self) -> Option<String> {
-        let corrections: Vec<(&str, f64, f64)> =
-            self.corrections().iter().map(|own| (own.which.words(), own.value, own.std_error)).collect();
+        let in_words = |(which, found): (Correction, Measured)| (which.words(), found.value, found.sd);
+        let corrections: Vec<_> = self.corrections().into_iter().map(in_words).collect();
         let shots = self.0.names.first().map_or(0, Vec::len);
         (!corrections.is_empty()).then(|| words_of("camera", context! { shots, corrections }))
     }

@@ -3,15 +3,15 @@
 use std::cmp::Reverse;
 use std::collections::HashSet;
 
-use minijinja::{Value as Values, context};
+use minijinja::context;
 
-use super::film_words::{self, Remark, note, of_shots};
+use super::film_words::{self, Remark, note, of_shots, sentences};
 use super::{Estimate, Fit, FoundCamera, Noise, NoiseVerdict, Rejected, Status, Trend, check};
 use crate::measurement::dataset::{Dataset, ON_REQUEST, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::problem::Severity::{Doubtful, Note, Unusable, Warning};
-use crate::problem::{Finding, MISLEADING, Policy, Severity, refutes};
+use crate::problem::{Combination, Finding, MISLEADING, Policy, refutes};
 
 /// Kind of what is wrong with footage or its description.
 pub(super) const FOOTAGE: &str = "suspicious-footage";
@@ -42,88 +42,65 @@ pub(super) fn comment(
     fit.diagnostics.suspicious = check::suspicious(dataset, shots, fit.sliding);
     let mut all = fit.doubts();
     let notes = fit.solution.findings.iter().filter(|finding| finding.severity() == Note);
-    all.extend(notes.filter_map(|finding| film_words::remark(finding, fit.frames.as_ref())));
+    all.extend(notes.map(|finding| film_words::remark(finding, fit.frames.as_ref())));
     all.extend(own);
     let on_request = fit.shots_rejected.len() - fit.unwanted().len();
     all.extend(of_shots("left-out-on-request", on_request, fit.shots_rejected.len() + fit.shots_used()));
     // parameters that the data do not determine, unless it is said of a combination
-    let worst = fit.diagnostics.identifiability.as_ref().and_then(|found| found.worst.as_ref());
-    let is_combination = worst.is_some_and(|worst| worst.undetermined);
+    let is_combination = fit.worst_combination().is_some_and(|worst| worst.undetermined);
     for Estimate { parameter, value, status, .. } in &fit.estimates {
         let without_topspin = *parameter == Parameter::MuS && !has_topspin;
         if *status == Status::NotIdentified && (without_topspin || !is_combination) {
             let parameter = parameter.name();
-            all.extend(note("undetermined/not-identified", context! { parameter, value, without_topspin }));
+            all.push(note("undetermined/not-identified", context! { parameter, value, without_topspin }));
         }
     }
-    for text in dataset.notes() {
-        all.extend(Remark::new(Note, "data", context! {}, context! { text }));
-    }
+    all.extend(dataset.notes().map(|text| note("data", context! { beside => text })));
+    all.retain(|remark| !remark.sentence.is_empty());
     fit.remarks = all;
-}
-
-/// Remarks that are collected; one without words stands elsewhere.
-#[derive(Default)]
-pub(super) struct Remarks(pub(crate) Vec<Remark>);
-
-impl Remarks {
-    /// Adds a remark with all numbers of its words.
-    pub(super) fn say(&mut self, severity: Severity, name: &str, values: Values) {
-        self.0.extend(Remark::new(severity, name, values, Values::default()));
-    }
-
-    /// Adds a remark with numbers that only its words need.
-    pub(super) fn word(&mut self, severity: Severity, name: &str, beside: Values) {
-        self.0.extend(Remark::new(severity, name, context! {}, beside));
-    }
 }
 
 impl Fit {
     /// Returns what a reader must know, in sentences, the most important first.
     pub fn warnings(&self) -> Vec<&str> {
-        self.sentences(|severity| severity > Note)
+        sentences(&self.remarks, |severity| severity > Note)
     }
 
     /// Returns what else a reader may want to know, in sentences.
     pub fn notes(&self) -> Vec<&str> {
-        self.sentences(|severity| severity == Note)
-    }
-
-    fn sentences(&self, wanted: impl Fn(Severity) -> bool) -> Vec<&str> {
-        let wanted = self.remarks.iter().filter(|remark| wanted(remark.severity));
-        wanted.map(|remark| remark.sentence.as_str()).collect()
+        sentences(&self.remarks, |severity| severity == Note)
     }
 
     /// Returns everything that lets doubt the fit, the most harmful first.
     pub(super) fn doubts(&self) -> Vec<Remark> {
-        let mut all = Remarks::default();
+        let mut all: Vec<Remark> = Vec::new();
         let findings = self.solution.findings.iter().filter(|finding| finding.severity() > Note);
         // causes and conflicts with what is stated may come from wrong footage
         let (conflicts, others): (Vec<&Finding>, Vec<&Finding>) = findings.partition(|finding| {
             matches!(finding, Finding::Conflict { .. } | Finding::Cause { .. } | Finding::SideSpins { .. })
         });
         let remark = |finding| film_words::remark(finding, self.frames.as_ref());
-        all.0.extend(others.into_iter().filter_map(remark));
+        all.extend(others.into_iter().map(remark));
         self.doubt_footage(&mut all);
-        all.0.extend(conflicts.into_iter().filter_map(remark));
+        all.extend(conflicts.into_iter().map(remark));
         if !self.converged() {
             let termination = self.termination();
-            all.say(Unusable, "not-converged/search-failed", context! { termination });
+            all.push(Remark::new(Unusable, "not-converged/search-failed", context! { termination }));
         }
         let free: Vec<&Estimate> = self.of_contact().filter(|e| e.status != Status::Fixed).collect();
         if !free.is_empty() && free.iter().all(|e| e.status == Status::NotIdentified) {
             let symbols: Vec<&str> = free.iter().map(|e| e.parameter.symbol()).collect();
-            all.say(Unusable, "undetermined/nothing-determined", context! { symbols });
+            all.push(Remark::new(Unusable, "undetermined/nothing-determined", context! { symbols }));
         }
         for text in check::warnings(&self.diagnostics.suspicious, self.shots_used()) {
-            all.word(Warning, "suspicious-shot", context! { text });
+            all.push(Remark::new(Warning, "suspicious-shot", context! { beside => text }));
         }
         let rejected = self.unwanted();
         if let Some(Rejected { shot, reason }) = rejected.first() {
             let (used, of) = (self.shots_used(), self.shots_used() + rejected.len());
             let are_few = !Policy::default().are_most(used, of);
             let severity = if are_few { Doubtful } else { Warning };
-            all.say(severity, "shots-left-out", context! { used, of, shot, reason });
+            all.push(Remark::new(severity, "shots-left-out", context! { used, of, shot, reason }));
         }
         let refutes_friction = self.doubt_residuals(&mut all);
         self.doubt_errors(&mut all);
@@ -132,12 +109,12 @@ impl Fit {
         // errors of discs are those of their frames
         if self.dof == 0 && self.discs.is_none() {
             let has_errors = self.estimates.iter().any(|estimate| estimate.std_error.is_some());
-            all.say(Doubtful, "few-shots/no-freedom", context! { shots, has_errors });
+            all.push(Remark::new(Doubtful, "few-shots/no-freedom", context! { shots, has_errors }));
         } else if shots < check::FEW_SHOTS {
-            all.say(Doubtful, "few-shots", context! { shots });
+            all.push(Remark::new(Doubtful, "few-shots", context! { shots }));
         }
         if self.diagnostics.has_rival {
-            all.say(Doubtful, "rival-minimum", context! {});
+            all.push(Remark::new(Doubtful, "rival-minimum", context! {}));
         }
         self.doubt_bounds(&mut all);
         // something that explains the residuals says more than how they run
@@ -146,13 +123,12 @@ impl Fit {
             let is_doubt = place == 0 && trend.is_improbable() && !refutes_friction;
             if is_doubt || trend.significant && is_unexplained {
                 let severity = if is_doubt { Doubtful } else { Warning };
-                all.word(severity, "trend", context! { words => &trend.words });
+                all.push(Remark::new(severity, "trend", context! { beside => &trend.words }));
             }
         }
-        let Remarks(mut all) = all;
         all.sort_by_key(|remark| Reverse(remark.severity));
         let mut known = HashSet::new();
-        all.retain(|remark| known.insert(remark.sentence.clone()));
+        all.retain(|remark| !remark.sentence.is_empty() && known.insert(remark.sentence.clone()));
         all
     }
 
@@ -161,12 +137,17 @@ impl Fit {
         self.shots_rejected.iter().filter(|rejected| rejected.reason != ON_REQUEST).collect()
     }
 
+    /// Returns the combination that is determined worst.
+    fn worst_combination(&self) -> Option<&Combination> {
+        self.diagnostics.identifiability.as_ref()?.worst.as_ref()
+    }
+
     fn trends(&self) -> &[Trend] {
         self.diagnostics.goodness.as_ref().map_or(&[], |goodness| &goodness.trends)
     }
 
     /// Says what paths, or most shots, show to be wrong with the footage or its description.
-    fn doubt_footage(&self, all: &mut Remarks) {
+    fn doubt_footage(&self, all: &mut Vec<Remark>) {
         let suspicious = &self.diagnostics.suspicious;
         let is_of_most = |finding: &&check::Finding| {
             let alike = suspicious.iter().filter(|other| other.kind == finding.kind).count();
@@ -174,16 +155,16 @@ impl Fit {
         };
         let rho = self.camera.as_ref().and_then(FoundCamera::noise_correlation);
         if let Some(check::Finding { shot, text, .. }) = suspicious.iter().find(is_of_most) {
-            all.say(Doubtful, FOOTAGE, context! { shot, text });
+            all.push(Remark::new(Doubtful, FOOTAGE, context! { shot, text }));
         } else if let Some(rho) = rho.filter(|rho| *rho > SMOOTHED) {
-            all.say(Doubtful, "suspicious-footage/smoothed", context! { rho });
+            all.push(Remark::new(Doubtful, "suspicious-footage/smoothed", context! { rho }));
         }
     }
 
     /// Says how residuals differ from the noise, and of discs that e and J_t/J_n together are not
     /// those of the contact that is fitted, or that J_t/J_n does not follow the slip as it should,
     /// which does not affect e; returns whether this is so.
-    fn doubt_residuals(&self, all: &mut Remarks) -> bool {
+    fn doubt_residuals(&self, all: &mut Vec<Remark>) -> bool {
         let goodness = self.diagnostics.goodness.as_ref().filter(|_| !self.is_refuted());
         if let Some((goodness, times)) =
             goodness.and_then(|goodness| Some((goodness, goodness.noise_factor?)))
@@ -191,9 +172,9 @@ impl Fit {
             let noise = if self.footage { "the noise of the frames" } else { "the stated noise" };
             let values = context! { times, noise };
             match goodness.noise {
-                NoiseVerdict::TooSmall => all.say(Doubtful, "noise/noise-too-small", values),
+                NoiseVerdict::TooSmall => all.push(Remark::new(Doubtful, "noise/noise-too-small", values)),
                 // claims that do not hold are left out
-                NoiseVerdict::TooLarge => all.say(Warning, "noise/noise-too-large", values),
+                NoiseVerdict::TooLarge => all.push(Remark::new(Warning, "noise/noise-too-large", values)),
                 NoiseVerdict::NotTested | NoiseVerdict::Explains => {}
             }
         }
@@ -201,7 +182,7 @@ impl Fit {
         if let Some(reduced_chi2) = refutes(self.chi2, self.dof as f64, &Policy::default())
             && is_of_discs
         {
-            all.say(Doubtful, "refuted-contact", context! { reduced_chi2 });
+            all.push(Remark::new(Doubtful, "refuted-contact", context! { reduced_chi2 }));
         }
         let is_of_friction =
             |trend: &&Trend| trend.is_improbable() && trend.quantity == Observable::ImpulseRatio.label();
@@ -209,13 +190,13 @@ impl Fit {
         if let Some(trend) = trend {
             let variable = trend.variable;
             let (e, sd) = self.get(Parameter::E).and_then(|e| Some((e.value, e.std_error?))).unzip();
-            all.say(Doubtful, "refuted-friction", context! { variable, e, sd });
+            all.push(Remark::new(Doubtful, "refuted-friction", context! { variable, e, sd }));
         }
         trend.is_some()
     }
 
     /// Says that residuals from which the noise was to be estimated are all 0, or absent.
-    fn doubt_errors(&self, all: &mut Remarks) {
+    fn doubt_errors(&self, all: &mut Vec<Remark>) {
         let mut estimated = self.noise.iter().filter(|noise| noise.estimated_sd.is_some()).peekable();
         if self.dof == 0 || estimated.peek().is_none() {
             return;
@@ -226,40 +207,46 @@ impl Fit {
         };
         if estimated.all(is_exact) {
             let rounding = self.noise.iter().find_map(|noise| Some(noise.in_words(noise.rounding?, 2)));
-            all.say(Doubtful, "exact", context! { rounding });
+            all.push(Remark::new(Doubtful, "exact", context! { rounding }));
         } else if self.noise.iter().any(Noise::is_unknown) {
-            all.say(Warning, "no-errors", context! {});
+            all.push(Remark::new(Warning, "no-errors", context! {}));
         }
     }
 
     /// Says the values that these data leave open, and those that end on a bound.
-    fn doubt_values(&self, all: &mut Remarks) {
+    fn doubt_values(&self, all: &mut Vec<Remark>) {
         for parameter in self.estimates.iter().map(|estimate| estimate.parameter) {
             if let Some([edge, _]) = self.plateau(parameter) {
                 let (parameter, discs) = (parameter.name(), self.discs.is_some());
-                all.say(Doubtful, "undetermined/saturated", context! { parameter, edge, discs });
+                all.push(Remark::new(
+                    Doubtful,
+                    "undetermined/saturated",
+                    context! { parameter, edge, discs },
+                ));
             }
         }
-        let worst = self.diagnostics.identifiability.as_ref().and_then(|found| found.worst.as_ref());
-        let worst = worst.filter(|worst| worst.weak);
-        let combination = |all: &mut Remarks, undetermined: bool| {
-            if let Some(worst) = worst.filter(|worst| worst.undetermined == undetermined) {
-                let words = context! { words => &worst.words, undetermined };
-                all.word(Doubtful, "undetermined/combination", words);
-            }
-        };
-        combination(all, true);
+        let worst = self.worst_combination().filter(|worst| worst.weak);
+        let combination = worst.map(|worst| {
+            let beside = context! { words => &worst.words, undetermined => worst.undetermined };
+            Remark::new(Doubtful, "undetermined/combination", context! { beside })
+        });
+        all.extend(combination.clone().filter(|_| worst.is_some_and(|worst| worst.undetermined)));
         for estimate in self.estimates.iter().filter(|estimate| estimate.is_at_bound()) {
             let (parameter, bound) = (estimate.parameter.name(), estimate.value);
             let is_lower = estimate.status == Status::AtLowerBound;
             let limit = estimate.interval_95.map(|ends| ends[usize::from(is_lower)]);
-            all.say(Doubtful, "undetermined/on-bound", context! { parameter, bound, is_lower, limit });
+            all.push(Remark::new(
+                Doubtful,
+                "undetermined/on-bound",
+                context! { parameter, bound, is_lower, limit },
+            ));
         }
-        combination(all, false);
+        // what was said already is not repeated
+        all.extend(combination);
     }
 
     /// Says the parameters that are known much less if others are not exactly at their bounds.
-    fn doubt_bounds(&self, all: &mut Remarks) {
+    fn doubt_bounds(&self, all: &mut Vec<Remark>) {
         let (mut conditions, mut others) = (Vec::new(), Vec::new());
         for Estimate { parameter, value, .. } in self.estimates.iter().filter(|e| e.is_at_bound()) {
             conditions.push(format!("{} = {value} holds", parameter.symbol()));
@@ -274,7 +261,7 @@ impl Fit {
             {
                 let values =
                     context! { parameter, others => &others, conditions => &conditions, released, held };
-                all.say(Warning, "undetermined/hidden-by-bound", values);
+                all.push(Remark::new(Warning, "undetermined/hidden-by-bound", values));
             }
         }
     }

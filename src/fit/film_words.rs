@@ -28,30 +28,42 @@ pub(crate) struct Remark {
 }
 
 impl Remark {
-    /// Returns a remark with these numbers; `None` if it has no words, as it stands elsewhere. The
-    /// name is its kind, or its kind and behind `/` that of its words, which may take the numbers
-    /// `beside`, too.
-    pub(super) fn new(severity: Severity, name: &str, values: Values, beside: Values) -> Option<Self> {
+    /// Returns a remark with its numbers, those that only its words need as `beside`. The name is
+    /// its kind, or its kind and behind `/` that of its words. What stands elsewhere has no words.
+    pub(crate) fn new(severity: Severity, name: &str, values: Values) -> Self {
+        Self::with(severity, name, values, context! {})
+    }
+
+    fn with(severity: Severity, name: &str, values: Values, beside: Values) -> Self {
         let (kind, of_words) = name.split_once('/').unwrap_or((name, name));
         let numbers = merge_maps([values.clone(), beside]);
         let words = context! { kind => of_words, severity => Serde(severity), ..numbers };
-        let sentence = WORDS.sentence(words);
-        (!sentence.is_empty()).then(|| Self { severity, kind: kind.to_owned(), values, sentence })
+        Self { severity, kind: kind.to_owned(), sentence: WORDS.sentence(words), values }
     }
+}
+
+/// Returns the sentences of remarks of some severities.
+pub(crate) fn sentences(remarks: &[Remark], wanted: impl Fn(Severity) -> bool) -> Vec<&str> {
+    let wanted = remarks.iter().filter(|remark| wanted(remark.severity));
+    wanted.map(|remark| remark.sentence.as_str()).collect()
+}
+
+/// Returns a note.
+pub(crate) fn note(name: &str, values: Values) -> Remark {
+    Remark::new(Severity::Note, name, values)
 }
 
 /// Returns the words of a remark alone.
 pub(crate) fn words_of(name: &str, values: Values) -> String {
-    Remark::new(Severity::Note, name, values, Values::default())
-        .map_or_else(String::new, |remark| remark.sentence)
+    note(name, values).sentence
 }
 
 /// Difference of a topspin from the stated one, over natural roll, that counts as another spin;
 /// half of it is next to no topspin.
 pub(super) const DIFFERS: f64 = 0.2;
 
-/// Returns a finding as a remark, of a table if `film` is `None`; `None` if it stands elsewhere.
-pub(super) fn remark(finding: &Finding, film: Option<&FittedFilm>) -> Option<Remark> {
+/// Returns a finding as a remark, of a table if `film` is `None`.
+pub(super) fn remark(finding: &Finding, film: Option<&FittedFilm>) -> Remark {
     let [radius, scale_sd] = film.map_or([f64::NAN, 0.0], |film| [film.radius(), film.scale_sd]);
     let game = match finding {
         Finding::OtherUnit { factor, .. } => game(2.0 * radius / factor),
@@ -62,12 +74,12 @@ pub(super) fn remark(finding: &Finding, film: Option<&FittedFilm>) -> Option<Rem
     let beside = context! { film => film.is_some(), radius, scale_sd, game, spins };
     let values = Values::from(Serde(finding));
     let kind = values.get_attr("kind").unwrap_or_default();
-    Remark::new(finding.severity(), kind.as_str().unwrap_or_default(), values, beside)
+    Remark::with(finding.severity(), kind.as_str().unwrap_or_default(), values, context! { beside })
 }
 
-/// Returns the sentence of a finding, as [`remark`].
+/// Returns the sentence of a finding; `None` if it stands elsewhere.
 pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<String> {
-    Some(remark(finding, film)?.sentence)
+    Some(remark(finding, film).sentence).filter(|sentence| !sentence.is_empty())
 }
 
 /// Diameters of balls, m, with what they are played at (rules of WPA, UMB, WPBSA and of pyramid).
@@ -155,16 +167,11 @@ fn cause_of(id: Id) -> Option<&'static str> {
     })
 }
 
-/// Returns a note with the numbers of its words.
-pub(super) fn note(name: &str, values: Values) -> Option<Remark> {
-    Remark::new(Severity::Note, name, values, Values::default())
-}
-
 /// Returns what the frames of a film of balls show besides the parameters.
 pub(super) fn of_film(film: &FittedFilm) -> Vec<Remark> {
     let rate = film.solution.get(Id::Rate).and_then(|found| {
         let (rate, sd, prior_sd) = (found.value, found.std_error?, found.prior?.sd);
-        note("measured/frame-rate", context! { rate, sd, prior_sd })
+        Some(note("measured/frame-rate", context! { rate, sd, prior_sd }))
     });
     unknown_spins(film).into_iter().chain(rate).collect()
 }
@@ -179,19 +186,19 @@ pub(super) fn unknown_spins(film: &FittedFilm) -> Option<Remark> {
     let rolling = unknown.iter().filter(|topspin| **topspin == 1.0).count();
     let stun = unknown.iter().filter(|topspin| topspin.abs() < 0.5 * DIFFERS).count();
     let balls = Some(unknown.len()).filter(|balls| *balls > 0)?;
-    note("measured/unknown-spins", context! { balls, rolling, stun })
+    Some(note("measured/unknown-spins", context! { balls, rolling, stun }))
 }
 
 /// Returns how the discs slow down, if it was estimated.
 pub(super) fn slowing(solution: &Solution) -> Option<Remark> {
     let estimate = solution.get(Id::Slowing)?;
     let (slowing, sd) = (estimate.value, estimate.std_error?);
-    note("measured/slowing", context! { slowing, sd })
+    Some(note("measured/slowing", context! { slowing, sd }))
 }
 
 /// Returns a note on some of all shots; `None` if these are none.
 pub(super) fn of_shots(name: &str, shots: usize, of: usize) -> Option<Remark> {
-    (shots > 0).then(|| note(name, context! { shots, of })).flatten()
+    (shots > 0).then(|| note(name, context! { shots, of }))
 }
 
 /// Returns what was found on the way to the impacts of discs.

@@ -25,7 +25,7 @@ pub(crate) use bootstrap::Bootstrap;
 pub use camera::FoundCamera;
 pub(crate) use deviations::Trend;
 pub(crate) use film::FittedFilm;
-pub(crate) use film_words::{Remark, words_of};
+pub(crate) use film_words::Remark;
 pub(crate) use goodness::{Goodness, Identifiability, Influence, NoiseVerdict};
 pub(crate) use regions::Contour;
 pub use request::{Depth, Falling, FitError, Options};

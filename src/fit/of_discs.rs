@@ -151,7 +151,7 @@ fn notes(found: &DiscFit) -> Vec<Remark> {
         film_words::of_shots("measured/sticking", stuck, impacts.len()),
         film_words::of_shots("measured/unseen-rotation", unseen, impacts.len()),
         film_words::slowing(solution),
-        differ.then(|| film_words::note("measured/scatter-of-shots", context! { quantities })).flatten(),
+        differ.then(|| film_words::note("measured/scatter-of-shots", context! { quantities })),
     ];
     all.into_iter().flatten().collect()
 }

@@ -1,4 +1,4 @@
-//! A [`Comparison`] → files, report, and what it found in words.
+//! A [`Comparison`] → files, report, and its verdict.
 
 use std::path::Path;
 
@@ -11,15 +11,13 @@ use super::shots::shot_list;
 use super::templates;
 use super::write::Staged;
 use super::{ReportError, chi2_of, csv};
-use crate::compare::{Compared, Comparison, Finding, Quantity, Reason};
-use crate::fit::{Counted, Verdict};
+use crate::compare::{Compared, Comparison, NOT_CONVERGED};
+use crate::fit::{Counted, Grade, Verdict};
 use crate::measurement::number::with_error;
-use crate::problem::{Block, Severity};
+use crate::problem::Block;
 
-/// The templates of the report, of a finding, and of why a label is left out.
+/// The template of the report.
 const COMPARE: &str = include_str!("templates/compare.jinja");
-const FINDING: &str = include_str!("templates/findings.jinja");
-const REASON: &str = include_str!("templates/reason.jinja");
 
 /// Writes the files of a comparison.
 pub(crate) fn write(comparison: &Comparison, out: &Path) -> Result<(), ReportError> {
@@ -63,46 +61,25 @@ pub(super) fn counted(comparison: &Comparison) -> Counted {
     Counted::of(comparison.residuals().map(|(_, residual)| &residual.observable))
 }
 
-/// Returns the sentences of findings of some severities.
-fn sentences(comparison: &Comparison, wanted: impl Fn(Severity) -> bool) -> Vec<String> {
-    let findings = comparison.findings.iter().filter(|finding| wanted(finding.severity()));
-    findings.map(|finding| sentence(comparison, finding)).collect()
-}
-
-/// Returns what a reader must know, the most important first.
-pub fn warnings(comparison: &Comparison) -> Vec<String> {
-    sentences(comparison, |severity| severity > Severity::Note)
-}
-
-/// Returns what else a reader may want to know.
-pub fn notes(comparison: &Comparison) -> Vec<String> {
-    sentences(comparison, |severity| severity == Severity::Note)
-}
-
 pub(super) fn termination(comparison: &Comparison) -> &'static str {
-    if comparison.solution.converged {
-        "converged: no step promises a smaller χ²"
-    } else {
-        "no step lowered χ² though one was promised to, or there were too many steps"
-    }
+    if comparison.solution.converged { "converged: no step promises a smaller χ²" } else { NOT_CONVERGED }
 }
 
 /// Returns whether the comparison can be used: what differs, the first reason for doubt, or why it
 /// cannot.
 pub(super) fn verdict(comparison: &Comparison) -> Verdict {
-    let unusable = sentences(comparison, |severity| severity == Severity::Unusable).into_iter().next();
+    let grade = comparison.grade();
     let outcomes = comparison.quantities.iter().filter_map(outcome);
     let outcomes = outcomes.collect::<Vec<_>>().join("; ");
-    let doubt = unusable.clone().or_else(|| warnings(comparison).into_iter().next());
-    let sentence = match doubt {
-        Some(first) if outcomes.is_empty() || unusable.is_some() => first,
+    let sentence = match comparison.warnings().first() {
+        Some(first) if outcomes.is_empty() || grade == Grade::Unusable => (*first).to_owned(),
         Some(first) => format!("{outcomes}. But: {first}"),
         None if outcomes.is_empty() => {
             "A comparison is impossible: no quantity is determined by two of them.".to_owned()
         }
         None => format!("{outcomes}."),
     };
-    Verdict { grade: comparison.grade(), sentence }
+    Verdict { grade, sentence }
 }
 
 /// Returns whether a quantity differs, if it is compared.
@@ -120,17 +97,4 @@ fn outcome(compared: &Compared) -> Option<String> {
     } else {
         format!("no difference in {symbol} is seen ({difference})")
     })
-}
-
-fn sentence(comparison: &Comparison, finding: &Finding) -> String {
-    let titles: Vec<&String> = comparison.samples.iter().map(|sample| &sample.title).collect();
-    let (finding, titles) = (Serde(finding), Serde(titles));
-    let termination = termination(comparison);
-    templates::text(FINDING, context! { finding, titles, termination }).trim_end().to_owned()
-}
-
-/// Returns why a label does not determine a quantity.
-pub(super) fn reason(reason: Reason, quantity: Quantity) -> String {
-    let (reason, name, meaning) = (Serde(reason), quantity.name(), quantity.meaning());
-    templates::text(REASON, context! { reason, quantity => name, meaning }).trim_end().to_owned()
 }

@@ -9,7 +9,7 @@ use crate::fit::{
 };
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::physics::ball::Ball;
-use crate::problem::{self, Budget, Severity, Status};
+use crate::problem::{self, Budget, Finding, Severity, Status};
 use crate::report::ascii;
 
 /// Numbers that were found of a film, by their names.
@@ -258,7 +258,9 @@ impl FitDocument {
 fn numbers(remark: &fit::Remark) -> serde_json::Map<String, Value> {
     match serde_json::to_value(&remark.values) {
         Ok(Value::Object(mut values)) => {
-            values.shift_remove("kind");
+            for key in ["kind", "beside"] {
+                values.shift_remove(key);
+            }
             values
         }
         _ => serde_json::Map::new(),
@@ -290,17 +292,26 @@ fn interval(ends: Option<[f64; 2]>) -> Option<[f64; 2]> {
 
 /// Returns the camera as it was fitted, and what else was found of a film.
 fn film(found: &FoundCamera) -> ByName<FilmEntry> {
-    let estimate = |value, std_error| {
-        [("estimate", Number::from_f64(value)), ("std_error", Number::from_f64(std_error))]
+    let estimate = |Measured { value, sd }: Measured| {
+        [("estimate", Number::from_f64(value)), ("std_error", sd.and_then(Number::from_f64))]
     };
     let counts =
         |names: [&'static str; 2], counts: [usize; 2]| [0, 1].map(|i| (names[i], Some(counts[i].into())));
-    let mut all: Vec<_> =
-        each(&found.corrections(), |own| (own.which.name(), estimate(own.value, own.std_error)));
-    all.extend(found.noise_correlation().map(|value| ("noise_correlation", estimate(value, f64::NAN))));
-    all.push(("resolution_m", estimate(0.0, f64::NAN)));
-    all.push(("dropped_frames", counts(["shots", "drops"], found.drops())));
-    all.extend(found.spoiled().map(|spoiled| ("left_out_at_impacts", counts(["before", "after"], spoiled))));
+    let without_error = |value| estimate(Measured { value, sd: None });
+    let mut all: Vec<_> = each(&found.corrections(), |(which, found)| (which.name(), estimate(*found)));
+    all.extend(found.noise_correlation().map(|rho| ("noise_correlation", without_error(rho))));
+    all.push(("resolution_m", without_error(0.0)));
+    let drops = found.findings().iter().find_map(|finding| match *finding {
+        Finding::Drops { shots, drops } => Some([shots, drops]),
+        _ => None,
+    });
+    all.push(("dropped_frames", counts(["shots", "drops"], drops.unwrap_or_default())));
+    all.extend(found.findings().iter().find_map(|finding| match *finding {
+        Finding::Spoiled { before, after } => {
+            Some(("left_out_at_impacts", counts(["before", "after"], [before, after])))
+        }
+        _ => None,
+    }));
     let known = |(key, number): &(&str, Option<Number>)| Some(((*key).to_owned(), number.clone()?));
     named(&all, |(name, numbers)| (name, numbers.iter().filter_map(known).collect()))
 }
