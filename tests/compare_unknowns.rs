@@ -134,7 +134,7 @@ fn unequal_balls_are_no_difference_of_the_cloth() {
     is_right(&found, 0.0);
     assert_eq!(found["real"], false, "{found}");
     let notes = comparison.notes();
-    let limit = |note: &String| note.contains("difference in μ_s") && note.contains("is the mass ratio");
+    let limit = |note: &&str| note.contains("difference in μ_s") && note.contains("is the mass ratio");
     assert!(notes.iter().any(limit), "{notes:?}");
 }
 

@@ -20,7 +20,7 @@ pub(crate) struct Trend {
     pub(crate) quantity: &'static str,
     /// The variable that the residuals change with.
     #[serde(rename = "against")]
-    #[schemars(extend("enum" = [SPEED[0], CUT[0], ROLL[0], SIDE[0], SLIP[0]]))]
+    #[schemars(extend("enum" = [OF_BALLS[0].0, OF_BALLS[1].0, OF_BALLS[2].0, OF_BALLS[3].0, OF_DISCS[1].0]))]
     pub(crate) variable: &'static str,
     /// Change of a residual, in its standard deviations, per unit of what it changes with.
     #[serde(rename = "slope_sd")]
@@ -47,28 +47,27 @@ impl Trend {
     }
 }
 
-/// A variable with which residuals may change, with the unit of a slope's denominator: of balls the
-/// speed of the cue ball before the impact, the size of the cut angle, forward spin over that of
-/// natural roll, and side spin Rω_z/U; of discs the size of the slip over the closing speed.
-type Variable = [&'static str; 2];
+/// A variable with which residuals may change: its name, the unit of a slope's denominator, and its
+/// value for a shot.
+type Variable = (&'static str, &'static str, fn(&Deviations) -> f64);
 
-const SPEED: Variable = ["speed", "m/s"];
-const CUT: Variable = ["cut angle", "rad"];
-const ROLL: Variable = ["forward spin", "natural roll"];
-const SIDE: Variable = ["side spin", "U/R"];
-const SLIP: Variable = ["the slip over the closing speed", "closing speed"];
+/// Of balls the speed of the cue ball before the impact, the size of the cut angle, forward spin
+/// over that of natural roll, and side spin Rω_z/U.
+const OF_BALLS: [Variable; 4] = [
+    ("speed", "m/s", speed),
+    ("cut angle", "rad", |found| found.cut.abs()),
+    ("forward spin", "natural roll", |found| found.spins[0]),
+    ("side spin", "U/R", |found| found.spins[1]),
+];
 
-/// Returns the trends, the most significant first, corrected for their number.
-pub(super) fn ranked(mut trends: Vec<Trend>) -> Vec<Trend> {
-    trends.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
-    holm(trends.iter_mut().map(|trend| &mut trend.p_corrected));
-    let count = trends.len();
-    for trend in &mut trends {
-        trend.significant = trend.p_corrected < Policy::default().level;
-        let slope = format!("{:+.2}", trend.slope);
-        trend.words = words_of("change", context! { count, slope, ..Values::from(Serde(&*trend)) });
-    }
-    trends
+/// Of discs the closing speed, and the size of the slip over it.
+const OF_DISCS: [Variable; 2] = [
+    ("speed", "m/s", |found| speed(found) * found.cut.cos()),
+    ("the slip over the closing speed", "closing speed", |found| found.cut.tan().abs()),
+];
+
+fn speed(found: &Deviations) -> f64 {
+    found.speed.unwrap_or(f64::NAN)
 }
 
 /// Corrects probabilities for their number, step by step from the smallest.
@@ -84,7 +83,8 @@ pub(crate) fn holm<'a>(probabilities: impl IntoIterator<Item = &'a mut f64>) {
     }
 }
 
-/// Returns how the deviations change with what the model should have taken care of; `chance` gives
+/// Returns how the deviations change with what the model should have taken care of, the most
+/// significant trend first, corrected for their number; `chance` gives
 /// the probability of a slope from the scores of its shots, if that is known.
 pub(super) fn trends(
     solution: &Solution,
@@ -92,52 +92,46 @@ pub(super) fn trends(
     chance: impl Fn(&problem::Slope, &[Option<ShiftScore>]) -> Option<f64>,
 ) -> Vec<Trend> {
     let seen = observables(shots);
-    let mut variables = Vec::new();
-    let mut add = |variable, of: &dyn Fn(&Deviations) -> f64| {
-        let values = shots.iter().map(|found| found.as_ref().map_or(f64::NAN, of));
-        variables.push((variable, values.collect::<Vec<f64>>()));
-    };
-    let speed = |found: &Deviations| found.speed.unwrap_or(f64::NAN);
-    if seen.iter().any(|observable| Observable::DISCS.contains(observable)) {
-        add(SPEED, &|found| speed(found) * found.cut.cos());
-        add(SLIP, &|found| found.cut.tan().abs());
-    } else {
-        add(SPEED, &speed);
-        add(CUT, &|found| found.cut.abs());
-        add(ROLL, &|found| found.spins[0]);
-        add(SIDE, &|found| found.spins[1]);
-    }
+    let is_of_discs = seen.iter().any(|observable| Observable::DISCS.contains(observable));
+    let variables: &[Variable] = if is_of_discs { &OF_DISCS } else { &OF_BALLS };
     let mut trends = Vec::new();
-    for (quantity, of) in quantities(&seen) {
-        let scores = scores(solution, shots, &of);
-        for (variable, values) in &variables {
-            let Some(slope) = solution.slope_of(values, &scores) else { continue };
+    for quantity in quantities(seen) {
+        let scores = scores(solution, shots, quantity);
+        for (variable, slope_per, of) in variables {
+            let values: Vec<f64> = shots.iter().map(|found| found.as_ref().map_or(f64::NAN, of)).collect();
+            let Some(slope) = solution.slope_of(&values, &scores) else { continue };
             let Some(p_value) = chance(&slope, &scores) else { continue };
-            let [variable, slope_per] = *variable;
-            let (slope, p_corrected, significant, words) = (slope.value, p_value, false, String::new());
             trends.push(Trend {
-                quantity,
+                quantity: quantity.name(),
                 variable,
-                slope,
+                slope: slope.value,
                 slope_per,
                 p_value,
-                p_corrected,
-                significant,
-                words,
+                p_corrected: p_value,
+                significant: false,
+                words: String::new(),
             });
         }
     }
-    ranked(trends)
+    trends.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
+    holm(trends.iter_mut().map(|trend| &mut trend.p_corrected));
+    let count = trends.len();
+    for trend in &mut trends {
+        trend.significant = trend.p_corrected < Policy::default().level;
+        let slope = format!("{:+.2}", trend.slope);
+        trend.words = words_of("change", context! { count, slope, ..Values::from(Serde(&*trend)) });
+    }
+    trends
 }
 
 /// Returns the score of a shift of each shot along a direction.
-fn scores(solution: &Solution, shots: &[Option<Deviations>], of: &Part) -> Vec<Option<ShiftScore>> {
+fn scores(solution: &Solution, shots: &[Option<Deviations>], quantity: Quantity) -> Vec<Option<ShiftScore>> {
     let columns = solution.own_columns();
     // the frames of a film count by their weights already
     let weights = if solution.is_film() { Vec::new() } else { solution.weights() };
     let score = |(i, one): (usize, &Option<Deviations>)| {
         let one = one.as_ref()?;
-        let parts = one.observables.iter().map(|observable| of(one, *observable));
+        let parts = one.observables.iter().map(|observable| quantity.part(one, *observable));
         let direction = DVector::from_iterator(one.observables.len(), parts);
         let square = direction.norm_squared();
         let unit = &direction * (direction.dot(&(&one.covariance * &direction)).sqrt() / square);
@@ -189,37 +183,52 @@ fn observables(shots: &[Option<Deviations>]) -> Vec<Observable> {
     seen
 }
 
-/// Returns the part of a number of a shot in a quantity that may have a trend.
-type Part = Box<dyn Fn(&Deviations, Observable) -> f64>;
+/// A quantity that may have a trend.
+#[derive(Clone, Copy)]
+enum Quantity {
+    /// An observable.
+    Number(Observable),
+    /// The velocity of a ball along or, if that is true, across the line of centres, by its name.
+    Velocity(&'static str, fn(Axis) -> Observable, bool),
+}
+
+impl Quantity {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Number(observable) => observable.label(),
+            Self::Velocity(name, ..) => name,
+        }
+    }
+
+    /// Returns the part of an observable of a shot in the quantity. Friction is against the slip and
+    /// has the sign of the cut angle.
+    fn part(self, found: &Deviations, observable: Observable) -> f64 {
+        match self {
+            Self::Number(which) if which != observable => 0.0,
+            Self::Number(Observable::ImpulseRatio) => -found.cut.signum(),
+            Self::Number(_) => 1.0,
+            Self::Velocity(_, of, is_across) => {
+                let ([cos, sin], side) = (found.normal, if found.cut < 0.0 { -1.0 } else { 1.0 });
+                let parts = if is_across { [-side * sin, side * cos] } else { [cos, sin] };
+                let place = [Axis::X, Axis::Y].into_iter().position(|axis| of(axis) == observable);
+                place.map_or(0.0, |place| parts[place])
+            }
+        }
+    }
+}
 
 /// Returns what may have trends: of impacts the velocities along and across the line of centres, of
-/// angles and discs every observable. Friction is against the slip and has the sign of the cut
-/// angle.
-fn quantities(seen: &[Observable]) -> Vec<(&'static str, Part)> {
+/// angles and discs every observable.
+fn quantities(seen: Vec<Observable>) -> Vec<Quantity> {
     if !seen.iter().any(|observable| Observable::IMPACTS.contains(observable)) {
-        let number = |which: Observable| -> Part {
-            Box::new(move |found, observable| match observable {
-                _ if observable != which => 0.0,
-                Observable::ImpulseRatio => -found.cut.signum(),
-                _ => 1.0,
-            })
-        };
-        return seen.iter().map(|observable| (observable.label(), number(*observable))).collect();
+        return seen.into_iter().map(Quantity::Number).collect();
     }
-    let velocity = |of: fn(Axis) -> Observable, is_across: bool| -> Part {
-        Box::new(move |found, observable| {
-            let ([cos, sin], side) = (found.normal, if found.cut < 0.0 { -1.0 } else { 1.0 });
-            let [x, y] = if is_across { [-side * sin, side * cos] } else { [cos, sin] };
-            let parts = [(of(Axis::X), x), (of(Axis::Y), y)];
-            parts.into_iter().find(|(own, _)| *own == observable).map_or(0.0, |(_, part)| part)
-        })
-    };
     let (cue, object) = (Observable::CueVelocity, Observable::ObjectVelocity);
     vec![
-        ("throw", velocity(object, true)),
-        ("object-ball velocity along the line of centres", velocity(object, false)),
-        ("cue-ball velocity along the line of centres", velocity(cue, false)),
-        ("cue-ball velocity across the line of centres", velocity(cue, true)),
+        Quantity::Velocity("throw", object, true),
+        Quantity::Velocity("object-ball velocity along the line of centres", object, false),
+        Quantity::Velocity("cue-ball velocity along the line of centres", cue, false),
+        Quantity::Velocity("cue-ball velocity across the line of centres", cue, true),
     ]
 }
 

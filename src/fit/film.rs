@@ -20,18 +20,6 @@ pub(crate) struct FittedFilm {
     pub(crate) scale_sd: f64,
 }
 
-/// The frames of one shot against the fit.
-#[derive(Clone, Debug)]
-pub(crate) struct OfShot {
-    pub(crate) shot: String,
-    /// Cut angle, radians.
-    pub(crate) cut: f64,
-    /// Speed of the cue ball before the impact, m/s.
-    pub(crate) speed: f64,
-    /// The frames of both balls, m in the film at its stated scale.
-    pub(crate) frames: Vec<FittedFrame>,
-}
-
 impl FittedFilm {
     /// Returns the shots of a fit with what they were read from.
     #[must_use]
@@ -69,19 +57,15 @@ impl FittedFilm {
         self.impacts.iter().find(|impact| impact.shot.name == name)
     }
 
-    /// Returns shot `i` with its frames.
-    #[must_use]
-    pub(crate) fn shot(&self, i: usize) -> Option<OfShot> {
-        let motion = self.solution.motion(i)?;
-        let origin = self.origin();
-        let moved = |[x, y]: [f64; 2]| [x + origin[0], y + origin[1]];
-        let frames = self.solution.fitted_frames(i).into_iter().map(|frame| FittedFrame {
+    /// Returns the frames of both balls in shot `i`, m in the film at its stated scale.
+    pub(crate) fn frames(&self, i: usize) -> impl Iterator<Item = FittedFrame> {
+        let [x, y] = self.origin();
+        let moved = move |place: [f64; 2]| [place[0] + x, place[1] + y];
+        self.solution.fitted_frames(i).into_iter().map(move |frame| FittedFrame {
             seen: moved(frame.seen),
             predicted: moved(frame.predicted),
             ..frame
-        });
-        let (shot, frames) = (self.tracks.get(i)?.name.clone(), frames.collect());
-        Some(OfShot { shot, cut: motion.cut, speed: motion.speed, frames })
+        })
     }
 
     /// Returns the middle of the impacts, m.
@@ -102,22 +86,17 @@ impl FittedFilm {
         Some(Measured::new(estimate.value, estimate.std_error?))
     }
 
-    /// Writes a text of each shot, some shots at a time: not all frames may fit in memory.
+    /// Writes the text of each shot, some shots at a time: not all frames may fit in memory.
     #[cfg(feature = "report")]
     pub(crate) fn write(
         &self,
         to: &mut (dyn std::io::Write + Send),
-        text: impl Fn(&OfShot, &mut String) + Sync,
+        text: impl Fn(usize) -> String + Sync,
     ) -> std::io::Result<()> {
         const AT_A_TIME: usize = 512;
-        let write_shot = |i: &usize| {
-            let mut written = String::new();
-            self.shot(*i).inspect(|shot| text(shot, &mut written));
-            written
-        };
         let shots: Vec<usize> = (0..self.tracks.len()).collect();
         for some in shots.chunks(AT_A_TIME) {
-            let texts: Vec<String> = some.par_iter().map(write_shot).collect();
+            let texts: Vec<String> = some.par_iter().map(|i| text(*i)).collect();
             to.write_all(texts.concat().as_bytes())?;
         }
         Ok(())

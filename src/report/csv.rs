@@ -39,20 +39,23 @@ pub(super) fn write_residuals(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Res
     let Some(film) = &fit.frames else {
         return fit.residuals.iter().try_for_each(|own| to.write_all(row(own, model).as_bytes()));
     };
-    film.write(to, |of_shot, text| {
-        let (shot, cut_deg, speed) = (&of_shot.shot, of_shot.cut.to_degrees(), of_shot.speed);
-        for frame in of_shot.frames.iter().filter(|frame| frame.used) {
+    film.write(to, |i| {
+        let Some(motion) = film.solution.motion(i) else { return String::new() };
+        let (shot, cut_deg) = (&film.tracks()[i].name, motion.cut.to_degrees());
+        let mut text = String::new();
+        for frame in film.frames(i).filter(|frame| frame.used) {
             let ball = ball_name(frame.ball);
             let standardized = frame.standardized();
             for (axis, name) in ["x", "y"].into_iter().enumerate() {
                 let observable = format!("{}_{name}", &ball[..3]);
                 let [measured, predicted, sd] = [frame.seen, frame.predicted, frame.sd].map(|own| own[axis]);
-                *text += &line(&[
+                text += &line(&[
                     json!([shot, observable, "m", measured, predicted, sd, standardized[axis]]),
-                    json!([cut_deg, speed, frame.time, ball, model]),
+                    json!([cut_deg, motion.speed, frame.time, ball, model]),
                 ]);
             }
         }
+        text
     })
 }
 
