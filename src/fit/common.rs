@@ -159,14 +159,14 @@ impl Fitted<'_> {
     /// that extend to other minima.
     pub fn of_frames<'a>(
         request: Request<'a>,
-        settings: Settings,
+        settings: &Settings,
         solution: Arc<Solution>,
         deviations: Vec<Option<Deviations>>,
         (dof_of_noise, others): (Option<f64>, &[Evaluation]),
     ) -> Fitted<'a> {
         let (chi2, observations) = solution.chi2_of_data();
         let unknowns = solution.own_count() as f64 + solution.covariance.count_data(&solution.problem);
-        let undetermined = Parameter::ALL.into_iter().filter(|p| is_undetermined(&solution, &settings, *p));
+        let undetermined = Parameter::ALL.into_iter().filter(|p| is_undetermined(&solution, settings, *p));
         let known = Known {
             solution: &solution,
             as_free: &solution.covariance,
@@ -186,9 +186,9 @@ impl Fitted<'_> {
             dof: (observations - unknowns).max(0.0),
             is_stated: solution.states_noise(),
             trends: trends(&solution, &deviations, |slope, _| Some(slope.p_value)),
-            estimates: parameters(&solution, &settings).into_iter().map(estimate).collect(),
+            estimates: parameters(&solution, settings).into_iter().map(estimate).collect(),
             request,
-            settings,
+            settings: *settings,
             deviations,
             solution: Arc::clone(&solution),
         };

@@ -1,4 +1,5 @@
-//! Remarks on a fit in words: findings of its problem, the causes among them, and notes.
+//! Remarks on a fit or a comparison in words: findings of its problem, the causes among them, and
+//! notes.
 
 use std::sync::LazyLock;
 
@@ -16,7 +17,8 @@ use crate::words::Sentences;
 /// The words of every remark, by its kind.
 static WORDS: LazyLock<Sentences> = LazyLock::new(|| Sentences::of(include_str!("words.jinja")));
 
-/// Something to know of a fit: a finding of its problem, or what follows from its results.
+/// Something to know of a fit or a comparison: a finding of its problem, or what follows from its
+/// results.
 #[derive(Clone, Debug)]
 pub(crate) struct Remark {
     /// How far it affects the trust in the fit.

@@ -36,7 +36,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let DiscFit { solution, impacts, .. } = &disc_fit;
     let mut fitted = Fitted::of_frames(
         Request { dataset: &dataset, ..request },
-        dataset.settings,
+        &dataset.settings,
         Arc::new(solution.clone()),
         deviations(&disc_fit, &dataset.settings),
         (dof(&disc_fit), &disc_fit.others),

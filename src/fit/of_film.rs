@@ -34,7 +34,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         };
     }
     let solution = Arc::clone(&film.solution);
-    let fitted = Fitted::of_frames(request, settings, solution, deviations, (None, &[]));
+    let fitted = Fitted::of_frames(request, &settings, solution, deviations, (None, &[]));
     let mut fit = Fit {
         sliding: film.shared(Id::MuK),
         rolling: film.shared(Id::MuR),
