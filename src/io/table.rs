@@ -7,11 +7,10 @@ use std::path::{Path, PathBuf};
 use super::error::{Problems, did_you_mean};
 use super::manifest::StatedSpin;
 use super::text::{
-    Mark, Place, Slip, cells, filled_lines, line_end, name_of, parse, read_utf8, value,
-    without_separator_line,
+    Mark, Place, Slip, cells, filled_lines, line_end, parse, read_utf8, value, without_separator_line,
+    wrong_width,
 };
 use crate::measurement::fault::{Condition, Fault, POSITIVE};
-use crate::measurement::number::count_of;
 use crate::measurement::observable::Measured;
 use crate::measurement::spin::Spin;
 use crate::physics::ball::Vec3;
@@ -87,7 +86,7 @@ impl<'a> Table<'a> {
         }
         let is_whole = |Record { cells, .. }: &Record| cells.len() == names.len();
         for Record { line, cells } in rows.extract_if(.., |record| !is_whole(record)) {
-            wrong(Some(line), &wrong_width(cells.len(), names.len(), separator));
+            wrong(Some(line), &wrong_width(cells.len(), names.len(), header.line, Some(separator)));
         }
         let (path, known, numbers) = (path.to_path_buf(), Vec::new(), Vec::new());
         let table = Self { path, problems, separator, header, rows, known, numbers };
@@ -297,52 +296,40 @@ fn separator(text: &str) -> char {
     ['\t', ';', ','].into_iter().max_by_key(|c| first.matches(*c).count()).unwrap_or(',')
 }
 
-fn wrong_width(found: usize, expected: usize, separator: char) -> String {
-    let name = name_of(Some(separator));
-    let hint = match separator {
-        _ if found < expected => format!("leave a cell empty, but keep its {}", name.trim_end_matches('s')),
-        ',' => "write decimals with a point, and text that has commas in quotation marks".to_string(),
-        _ => format!("write text that has {name} in quotation marks"),
-    };
-    format!("{}; expected {expected}, as in the header; {hint}", count_of(found, "cell"))
-}
-
-/// Splits a text into records, which end at line ends outside quotation marks.
+/// Splits a text into records. Comments are passed over, and lines of blanks and separators only.
 fn records(text: &str, separator: char, wrong: &dyn Fn(usize, &str)) -> Vec<Record> {
-    let end = line_end(text);
     let mut records = Vec::new();
-    let (mut rest, mut line) = (text, 1);
-    while !rest.is_empty() {
-        let length = |from: usize| rest[from..].find(end).map_or(rest.len(), |length| from + length);
-        let mut record = &rest[..length(0)];
-        let is_comment = record.trim_start().starts_with('#');
-        let mut row = cells(record, Some(separator));
-        while let Err(Slip::Open(_)) = &row
-            && !is_comment
-            && let Some(next) = rest[record.len()..].find('"')
-        {
-            // the cell goes on below, at least to the line of the next quotation mark
-            record = &rest[..length(record.len() + next)];
-            row = cells(record, Some(separator));
+    // the lines of a record whose quotation mark is open, from this line on
+    let (mut record, mut first) = (String::new(), 0);
+    let end = line_end(text);
+    for (line, text) in (1..).zip(text.split(end)) {
+        if record.is_empty() {
+            first = line;
+        } else {
+            record.push(end);
         }
-        let line_of = |at: usize| line + record[..at].matches(end).count();
-        match row {
-            _ if is_comment => {}
-            Ok(cells) if cells.iter().all(|cell| cell.is_empty()) => {}
-            Ok(cells) => {
-                records.push(Record { line, cells: cells.into_iter().map(Cow::into_owned).collect() });
-            }
-            Err(Slip::Text(at)) => wrong(
-                line_of(at),
+        record.push_str(text);
+        // inside a quoted cell
+        if first < line && !text.contains('"') {
+            continue;
+        }
+        match cells(&record, Some(separator)) {
+            _ if first == line && text.trim_start().starts_with('#') => {}
+            Err(Slip::Open) => continue,
+            Err(Slip::Text) => wrong(
+                line,
                 "text follows a closing quotation mark; expected the end of the cell, or \"\" for a quotation mark within the cell",
             ),
-            Err(Slip::Open(at)) => {
-                wrong(line_of(at), "a quotation mark opens here and is never closed");
-                return records;
+            Ok(cells) if cells.iter().all(|cell| cell.is_empty()) => {}
+            Ok(cells) => {
+                let cells = cells.into_iter().map(Cow::into_owned).collect();
+                records.push(Record { line: first, cells });
             }
         }
-        line = line_of(record.len()) + 1;
-        rest = rest.get(record.len() + 1..).unwrap_or_default();
+        record.clear();
+    }
+    if !record.is_empty() {
+        wrong(first, "a quotation mark opens here and is never closed");
     }
     records
 }

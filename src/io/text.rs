@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use super::error::Problems;
+use crate::measurement::number::count_of;
 
 /// The mark between cells; `None` stands for any number of blanks and tabs.
 pub(crate) type Separator = Option<char>;
@@ -87,11 +88,11 @@ pub(crate) fn filled_lines(text: &str) -> impl Iterator<Item = (usize, &str)> + 
     lines(text).filter(|(_, line)| !line.trim().is_empty())
 }
 
-/// A quotation mark that does not close, or text after a closing one, with its byte.
+/// A quotation mark that does not close, or text after a closing one.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Slip {
-    Open(usize),
-    Text(usize),
+    Open,
+    Text,
 }
 
 /// Returns the cells of a line without surrounding blanks and quotation marks (`""` inside is one).
@@ -105,10 +106,9 @@ pub(crate) fn cells(line: &str, separator: Separator) -> Result<Vec<Cow<'_, str>
     let is_blank = |c: char| c.is_whitespace() && c != separator;
     let (mut cells, mut rest) = (Vec::new(), line);
     loop {
-        let at = |part: &str| line.len() - part.len();
         let after = if let Some(quoted) = rest.trim_start_matches(is_blank).strip_prefix('"') {
             // a doubled quotation mark does not close the cell
-            let end = quoted.replace("\"\"", "  ").find('"').ok_or(Slip::Open(at(quoted)))?;
+            let end = quoted.replace("\"\"", "  ").find('"').ok_or(Slip::Open)?;
             cells.push(Cow::Owned(quoted[..end].replace("\"\"", "\"").trim().to_string()));
             quoted[end + 1..].trim_start_matches(is_blank)
         } else {
@@ -119,13 +119,27 @@ pub(crate) fn cells(line: &str, separator: Separator) -> Result<Vec<Cow<'_, str>
         if after.is_empty() {
             return Ok(cells);
         }
-        rest = after.strip_prefix(separator).ok_or(Slip::Text(at(after)))?;
+        rest = after.strip_prefix(separator).ok_or(Slip::Text)?;
     }
 }
 
 /// Returns the cells as strings; `None` if quotation marks are wrong.
 pub(crate) fn trimmed(line: &str, separator: Separator) -> Option<Vec<String>> {
     Some(cells(line, separator).ok()?.into_iter().map(Cow::into_owned).collect())
+}
+
+/// Returns what is wrong with a row that has as many cells, below names in a line.
+pub(crate) fn wrong_width(count: usize, expected: usize, line: usize, separator: Separator) -> String {
+    let name = name_of(separator);
+    let hint = match separator {
+        _ if count < expected => format!("leave a cell empty, but keep its {}", name.trim_end_matches('s')),
+        Some(',') => {
+            "decimal commas go with another separator, text that has commas in quotation marks".to_owned()
+        }
+        _ => format!("write text that has {name} in quotation marks"),
+    };
+    let names = if count == expected + 1 { " (from R: write row.names = FALSE)" } else { "" };
+    format!("{}; expected {expected}, as in line {line}; {hint}{names}", count_of(count, "cell"))
 }
 
 /// A cell of a table, and its place.

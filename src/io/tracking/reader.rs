@@ -9,7 +9,7 @@ use super::raw::{Job, RawShot, RawTrack, Row, Stated, Subject, listed, stem};
 use super::settings::Format;
 use super::time::count_frames;
 use super::words::{Clock, Unit, clock};
-use crate::io::text::{self, Mark, Place, lines, name_of, shortened};
+use crate::io::text::{self, Mark, Place, lines, name_of, shortened, wrong_width};
 
 /// Number of problems of a file after which reading ends.
 const MAX_PROBLEMS: usize = 100;
@@ -59,13 +59,7 @@ fn with_width<'a>(mut cells: Vec<Cow<'a, str>>, layout: &Layout) -> Result<Vec<C
     if cells.len() == width {
         return Ok(cells);
     }
-    let hint = if separator == Some(',') && cells.len() > width {
-        "; if they are decimal commas, export with another separator, such as semicolons or tabs"
-    } else {
-        ""
-    };
-    let names = if cells.len() == width + 1 { " (from R: write row.names = FALSE)" } else { "" };
-    Err(format!("{} cells; expected {width}, as in line {}{hint}{names}", cells.len(), layout.heading.line))
+    Err(wrong_width(cells.len(), width, layout.heading.line, separator))
 }
 
 /// Rows already read, sorted into shots and tracks, and the properties that all cells share.
