@@ -1,7 +1,7 @@
 //! `[camera]`: corrections, stated exactly, with an error, or left free; calibration of lengths to
 //! metres on the table, x right and y up as seen from above.
 
-use nalgebra::{DMatrix, Matrix2, Matrix3, Point2, Vector2, Vector3};
+use nalgebra::{DMatrix, Matrix3, Point2, Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -273,16 +273,12 @@ fn least_squares(points: &[Point]) -> Option<Matrix3<f64>> {
     Some(if (map * mean).z < 0.0 { -map } else { map })
 }
 
-/// Returns the map of points to mean 0 and mean distance √2; `None` if they lie on a line.
+/// Returns the map of points to mean 0 and rms distance √2; `None` if they are one point.
 fn normaliser(points: &[[f64; 2]]) -> Option<Matrix3<f64>> {
     let n = points.len() as f64;
     let points = points.iter().map(|point| Vector2::from(*point));
     let mean = points.clone().sum::<Vector2<f64>>() / n;
-    let spread: Matrix2<f64> = points.map(|point| (point - mean) * (point - mean).transpose()).sum();
-    let (trace, det) = (spread.trace(), spread.determinant());
-    if !(trace > 0.0 && trace.is_finite()) || det < 1e-8 * trace * trace {
-        return None;
-    }
-    let scale = (2.0 * n / trace).sqrt();
-    Some(Matrix3::new(scale, 0.0, -scale * mean.x, 0.0, scale, -scale * mean.y, 0.0, 0.0, 1.0))
+    let scale = (2.0 * n / points.map(|point| (point - mean).norm_squared()).sum::<f64>()).sqrt();
+    let map = Matrix3::new(scale, 0.0, -scale * mean.x, 0.0, scale, -scale * mean.y, 0.0, 0.0, 1.0);
+    (scale > 0.0 && scale.is_finite()).then_some(map)
 }

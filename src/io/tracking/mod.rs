@@ -74,12 +74,6 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     let are_whole = problems.is_empty();
     names::pair(&mut shots, settings, &notes);
     table.name_by_file(&mut shots);
-    let has_rate = |facts: &Facts| facts.capture_fps != table.others.capture_fps;
-    if settings.video.has_unknown_rate() && table.rows.values().any(has_rate) {
-        let message = "[video] capture_fps is \"unknown\", but the table of shots states capture_fps; expected it for all \
-                       shots or for none";
-        problems.add(path, None, None, message);
-    }
     names::name_by_folder(&mut shots, &notes);
     let names = shots.iter().map(|shot| (shot.name.as_str(), shot.file.as_path(), shot.line));
     let remedy = ": another name of the file, or a table under [tracks] shots with the columns shot and file";
@@ -249,6 +243,10 @@ impl<'a> ShotsTable<'a> {
                 names: [0, 1, 2, 3].map(|i| names[i].as_ref().unwrap_or(&all.others.names[i]).clone()),
                 capture_fps: rate.or(all.others.capture_fps),
             };
+            if rate.is_some() && settings.video.has_unknown_rate() {
+                let message = "is stated, but [video] capture_fps is \"unknown\"; expected it for all shots or for none";
+                table.wrong(row, "capture_fps", message);
+            }
             if settings.film.discs.is_some() && !matches!(facts.spin(), Spin::Stun | Spin::Unknown) {
                 let message = "discs do not roll; expected stun (no disc turns before the impact) or unknown: points on the discs \
                                show how they turn";

@@ -130,7 +130,7 @@ fn by_columns(job: Job, wanted: &Columns) -> Option<Layout> {
     let shot = column("shot");
     let read: Vec<usize> = wanted.keys().filter_map(|key| column(key)).collect();
     let time = heading.clock([column("frame"), column("t"), shot], job);
-    let time = time.or_else(|| unnamed_time(&heading, &read, shot, job));
+    let time = time.or_else(|| unstated_time(&heading, &read, shot, job));
     let [cue, object] = job.settings.first_names();
     let is_wide = wanted.contains_key("cue_x");
     let unit = |column: usize| {
@@ -145,32 +145,28 @@ fn by_columns(job: Job, wanted: &Columns) -> Option<Layout> {
     let balls = if is_wide { vec![(cue, "cue_"), (object, "object_")] } else { vec![("", "")] };
     let bodies = balls.into_iter().map(|(name, begin)| Body::of_keys(name, begin, unit, column));
     let bodies = bodies.collect::<Option<Vec<_>>>()?.concat();
-    if time.is_none() {
-        let message = "no column of times: every row is taken as one frame after the row above it";
-        let rows = Rows::of(job.text, &heading);
-        let growing = rows.growing(&heading, shot).find(|column| !read.contains(column));
-        let growing = growing.map_or(String::new(), |column| {
-            format!("; \"{}\" grows from row to row: is it t or frame?", heading.names[column])
-        });
-        job.note(Subject::Clock, None, format!("{message}{growing}"));
-    }
     Some(Layout { shot, ball: column("ball"), ..Layout::new(Format::Columns, heading, bodies, time, job) })
 }
 
 /// Returns the column of frame numbers (flag) or times that [tracks.columns] does not name: by its
-/// name, if its numbers grow from row to row of a shot.
-fn unnamed_time(heading: &Heading, used: &[usize], shot: Option<usize>, job: Job) -> Option<(usize, bool)> {
-    let names = heading.small();
-    let rows = Rows::of(job.text, heading);
+/// name, if its numbers grow from row to row of a shot. Otherwise rows are counted.
+fn unstated_time(heading: &Heading, used: &[usize], shot: Option<usize>, job: Job) -> Option<(usize, bool)> {
+    let (names, rows) = (heading.small(), Rows::of(job.text, heading));
     let grows = |column: &usize| !used.contains(column) && rows.grows(*column, shot);
     let frame = find(&names, FRAMES).filter(|column| grows(column) && rows.is_whole(*column));
-    let time = find(&names, TIMES).filter(grows);
-    let (column, is_frame) = heading.clock([frame, time, shot], job)?;
-    let what = if is_frame { "the number of the frame" } else { "the time" };
-    let name = &heading.names[column];
-    let message = format!("[tracks.columns] names no column of times: \"{name}\" is taken as {what}");
+    let clock = heading.clock([frame, find(&names, TIMES).filter(grows), shot], job);
+    let name = |column: usize| heading.names[column].as_str();
+    let message = if let Some((column, is_frame)) = clock {
+        let what = if is_frame { "the number of the frame" } else { "the time" };
+        format!("[tracks.columns] names no column of times: \"{}\" is taken as {what}", name(column))
+    } else {
+        let growing = rows.growing(heading, shot).find(|column| !used.contains(column));
+        let ask = |column| format!("; \"{}\" grows from row to row: is it t or frame?", name(column));
+        let ask = growing.map_or(String::new(), ask);
+        format!("no column of times: every row is taken as one frame after the row above it{ask}")
+    };
     job.note(Subject::Clock, heading.line, message);
-    Some((column, is_frame))
+    clock
 }
 
 /// Returns the heading in the first line that has all the names.
