@@ -134,7 +134,7 @@ pub(crate) fn wrong_width(count: usize, expected: usize, line: usize, separator:
     let hint = match separator {
         _ if count < expected => format!("leave a cell empty, but keep its {}", name.trim_end_matches('s')),
         Some(',') => {
-            "decimal commas go with another separator, text that has commas in quotation marks".to_owned()
+            "decimal commas need another separator, and text that has commas needs quotation marks".to_owned()
         }
         _ => format!("write text that has {name} in quotation marks"),
     };

@@ -219,9 +219,7 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(
         Wrong { line: raw.line, message, is_damage: true }
     })?;
     let begin = |group: &Vec<usize>| span(group.iter().filter_map(|i| raw.beginning(&raw.tracks[*i])))[0];
-    if begin(&groups[1]) < begin(&groups[0]) {
-        groups.swap(0, 1);
-    }
+    groups.sort_by(|one, other| begin(one).total_cmp(&begin(other)));
     let members = groups.each_ref().map(|group| group.iter().map(|i| &points[*i]).collect());
     let centres = find_centres(&members);
     // the centre, or points on a circle about it, and further points

@@ -58,9 +58,9 @@ pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
         for (i, stay) in stays.iter().enumerate() {
             let ends = &jumps[i.saturating_sub(1)..jumps.len().min(i + 1)];
             let is_away = !ends.is_empty() && ends.iter().all(|jumps| *jumps);
-            lost.extend(stay.iter().map(|row| match is_off(row, 2) {
-                true => Some("at a time far from all others"),
-                false => (is_away && is_doubtful(row)).then_some("far from its path"),
+            lost.extend(stay.iter().map(|row| {
+                let is_late = is_off(row, 2).then_some("at a time far from all others");
+                is_late.or((is_away && is_doubtful(row)).then_some("far from its path"))
             }));
         }
         for (row, why) in rows.iter_mut().filter(|row| !row.is_gap()).zip(lost) {
