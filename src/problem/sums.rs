@@ -240,6 +240,16 @@ impl Contribution {
         self.cost += residual * residual;
     }
 
+    /// Gives an unknown without sums those of another one, on which all numbers depend in the same
+    /// way.
+    pub(crate) fn repeat(&mut self, from: usize, to: usize) {
+        for place in 0..self.products.ncols() {
+            let other = if place == to { from } else { place };
+            let product = self.products[(from.min(other), from.max(other))];
+            self.products[(to.min(place), to.max(place))] = product;
+        }
+    }
+
     /// Returns the sums with the squares of the own unknowns raised by `damping`; of those that
     /// scatter about what all shots share, the squares of the difference are raised.
     pub(crate) fn raised(&self, damping: f64) -> Self {

@@ -6,11 +6,11 @@ use nalgebra::{DVector, SVector};
 use rayon::prelude::*;
 
 use super::camera::{Camera, Point};
-use super::dual::{INPUTS, gradient};
+use super::dual::gradient;
 use super::impact::{Contact, Correction};
 use super::marker_rotation::{MarkerTrack, Rotation, View, rotations};
 use super::motion::{COEFFICIENTS, Piece, Struck, cue_before, locate, own_inputs};
-use super::own::{self, OWN, SCATTERED};
+use super::own::{self, MOVING, OWN, SCATTERED, input_of};
 use super::spins::{FIRST_SCATTER, OFF_CORNER, SPREADS, ShotSpin, States, Through};
 use crate::physics::cloth_motion::GRAVITY;
 use crate::physics::collision::NotACollision;
@@ -132,8 +132,7 @@ impl FilmBlock {
     /// Returns what is known of the differences of a shot from what the shots share, each with its
     /// place.
     fn contact_priors(&self) -> [(usize, OwnPrior); SCATTERED.len()] {
-        let prior =
-            |i: usize| if self.scatters[i] { OwnPrior::Spread(FIRST_SCATTER + i) } else { OwnPrior::Held };
+        let prior = |i| if self.scatters[i] { OwnPrior::Spread(FIRST_SCATTER + i) } else { OwnPrior::Held };
         std::array::from_fn(|i| (own::SCATTER + i, prior(i)))
     }
 
@@ -153,12 +152,15 @@ impl FilmBlock {
             spin.add_to(&mut total, &struck, object.radius, shared);
         }
         let pieces = struck.paths(shared, shot.spin.rolls, &object, shot.lasts(own, shared));
-        let inputs: [usize; INPUTS] = std::array::from_fn(|i| i);
-        let others: [usize; CAMERA + 1] = std::array::from_fn(|i| INPUTS + i);
+        let inputs: Vec<usize> = (0..MOVING).chain(OWN..OWN + PHYSICS).collect();
+        let others: Vec<usize> = (OWN + PHYSICS..=OWN + PHYSICS + CAMERA).collect();
         let columns = Columns { inputs: &inputs, others: &others };
         for (ball, pieces) in pieces.iter().enumerate() {
             let sights = self.look(shot, (ball, pieces), own, shared);
             add_track(&mut total, sights, pieces, &columns, [ball; 2]);
+        }
+        for (i, id) in SCATTERED.into_iter().enumerate().filter(|(i, _)| self.scatters[*i]) {
+            total.repeat(OWN + id as usize, own::SCATTER + i);
         }
         total.or_impossible()
     }
@@ -315,7 +317,8 @@ impl SideSpin {
     fn add_to(&self, total: &mut Contribution, struck: &Struck, radius: f64, shared: &Shared) {
         let predicted = struck.after[self.ball].spin[2] / radius;
         let mut by = DVector::zeros(total.products.ncols() - 1);
-        by.rows_mut(0, INPUTS).copy_from(&gradient(&predicted));
+        let by_inputs = gradient(&predicted);
+        (0..OWN + PHYSICS).for_each(|place| by[place] = by_inputs[input_of(place)]);
         let off = predicted.re - self.spin - self.through.shift(shared, &mut by);
         total.add_number(off / self.sd, (by / self.sd).as_slice());
     }

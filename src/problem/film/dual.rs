@@ -4,12 +4,12 @@
 use nalgebra::{Const, SVector, Vector2};
 use num_dual::{Derivative, DualSVec64};
 
-use super::own::OWN;
+use super::own::MOVING;
 use crate::physics::cloth_motion;
 use crate::problem::unknowns::{Id, PHYSICS, Shared};
 
-/// Number of inputs of a shot's motion, its own unknowns first.
-pub(in crate::problem) const INPUTS: usize = OWN + PHYSICS;
+/// Number of inputs of a shot's motion: that before the impact, and the shared unknowns.
+pub(in crate::problem) const INPUTS: usize = MOVING + PHYSICS;
 
 /// A number with its derivatives by the inputs.
 pub(in crate::problem) type Dual = DualSVec64<INPUTS>;
@@ -48,6 +48,6 @@ pub(in crate::problem) fn norm(v: &DualVector) -> Dual {
 impl Shared {
     /// Returns an unknown of the balls' motion with its derivative.
     pub(in crate::problem) fn dual(&self, id: Id) -> Dual {
-        Dual::from_re(self[id]).derivative(OWN + id as usize)
+        Dual::from_re(self[id]).derivative(MOVING + id as usize)
     }
 }

@@ -205,21 +205,16 @@ impl Contact {
         &self,
         cue: &Side,
         shared: &Shared,
-        offsets: &[Dual; SCATTERED.len()],
+        offsets: &[f64; SCATTERED.len()],
         correction: &Correction,
     ) -> Result<([Side; 2], bool), NotACollision> {
         let mut of_shot = shared.clone();
         for (id, offset) in SCATTERED.into_iter().zip(offsets) {
             let most = if id == Id::E { 1.0 } else { f64::INFINITY };
-            of_shot[id] = (shared[id] + offset.re).clamp(0.0, most);
+            of_shot[id] = (shared[id] + offset).clamp(0.0, most);
         }
         let [cue_radius, object_radius] = self.radii(shared);
-        let mut inputs = inputs(cue, &of_shot, cue_radius.re);
-        for input in Input::ALL {
-            if let Some(i) = SCATTERED.iter().position(|id| input.shared() == Some(*id)) {
-                inputs[input as usize] += offsets[i] - offsets[i].re;
-            }
-        }
+        let inputs = inputs(cue, &of_shot, cue_radius.re);
         let model = self.at(self.model, &of_shot);
         let (outcome, mut jacobian) =
             model.collide_with_jacobian(&cue.state(cue_radius.re), &coefficients(&of_shot))?;

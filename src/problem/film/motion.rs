@@ -6,7 +6,7 @@ use num_dual::DualNum;
 use super::camera::Point;
 use super::dual::{Dual, DualVector, INPUTS, SMOOTH_SPEED, constant, norm};
 use super::impact::{Contact, Correction, Side};
-use super::own::{self, OWN};
+use super::own::{self, MOVING};
 use super::spins::ShotSpin;
 use crate::physics::ball::Ball;
 use crate::physics::cloth_motion::{Forces, GRAVITY, Moment, Smoothing, Stretch};
@@ -60,9 +60,9 @@ fn forces(shared: &Shared, inertia: f64) -> Forces<Dual> {
     }
 }
 
-/// A shot at its impact: its own unknowns with derivatives, and both balls in the collision frame.
+/// A shot at its impact: its motion before it with derivatives, and both balls in the collision frame.
 pub(super) struct Struck {
-    pub(crate) inputs: [Dual; OWN],
+    pub(crate) inputs: [Dual; MOVING],
     pub(crate) before: Side,
     /// Cue ball and object ball.
     pub(crate) after: [Side; 2],
@@ -87,7 +87,7 @@ impl Struck {
     ) -> Result<Self, NotACollision> {
         let inputs = own_inputs(values);
         let before = cue_before(spin, shared, &inputs, &contact.object());
-        let offsets = std::array::from_fn(|i| inputs[own::SCATTER + i]);
+        let offsets = std::array::from_fn(|i| values[own::SCATTER + i]);
         let (mut after, sticks) = contact.collide(&before, shared, &offsets, correction)?;
         for (side, [along, across]) in after.iter_mut().zip(OFFSETS) {
             side.velocity += DualVector::new(shared.dual(along), shared.dual(across));
@@ -130,9 +130,9 @@ impl Struck {
     }
 }
 
-/// Returns a shot's own unknowns with derivatives; time counts from the present guess of the
+/// Returns a shot's motion before the impact with derivatives; time counts from the present guess of the
 /// impact.
-pub(super) fn own_inputs(values: &Own) -> [Dual; OWN] {
+pub(super) fn own_inputs(values: &Own) -> [Dual; MOVING] {
     std::array::from_fn(|i| {
         let value = if i == own::TIME { 0.0 } else { values[i] };
         Dual::from_re(value).derivative(i)
@@ -140,7 +140,7 @@ pub(super) fn own_inputs(values: &Own) -> [Dual; OWN] {
 }
 
 /// Returns the cue ball just before the impact, in the collision frame.
-pub(super) fn cue_before(spin: &ShotSpin, shared: &Shared, inputs: &[Dual; OWN], ball: &Ball) -> Side {
+pub(super) fn cue_before(spin: &ShotSpin, shared: &Shared, inputs: &[Dual; MOVING], ball: &Ball) -> Side {
     let [along, across] = [inputs[own::ALONG], inputs[own::ACROSS]];
     let rolling = spin.mean.filter(|id| *id == Id::Roll);
     let topspin = rolling.map_or(constant(0.0), |id| shared.dual(id)) + inputs[own::TOPSPIN];

@@ -3,7 +3,9 @@
 use crate::problem::unknowns::{Id, Mode, Own, Unknown};
 
 /// Number of unknowns that each shot has of its own.
-pub(crate) const OWN: usize = 13;
+pub(crate) const OWN: usize = MOVING + SCATTERED.len();
+/// Number of those that are its motion before the impact, which are the first.
+pub(crate) const MOVING: usize = 9;
 
 /// Instant of the impact, s.
 pub(crate) const TIME: usize = 0;
@@ -25,10 +27,19 @@ pub(crate) const SIDE: usize = 7;
 pub(crate) const SWERVE: usize = 8;
 /// First of what differs from shot to shot in [`SCATTERED`], less what the shots share; 0 and held
 /// unless it scatters.
-pub(crate) const SCATTER: usize = 9;
+pub(crate) const SCATTER: usize = MOVING;
 
 /// Shared unknowns from which those of a shot may differ.
-pub(crate) const SCATTERED: [Id; OWN - SCATTER] = [Id::Mu, Id::E, Id::MuS, Id::MassRatio];
+pub(crate) const SCATTERED: [Id; 4] = [Id::Mu, Id::E, Id::MuS, Id::MassRatio];
+
+/// Returns the input of the motion that the unknown of a shot at a place is, or adds to; the own
+/// unknowns are first, the shared ones follow.
+pub(super) fn input_of(place: usize) -> usize {
+    match place.checked_sub(SCATTER) {
+        None => place,
+        Some(i) => MOVING + SCATTERED.get(i).map_or(place.saturating_sub(OWN), |id| *id as usize),
+    }
+}
 
 /// Returns which of them differ from shot to shot: those that are estimated.
 pub(in crate::problem) fn scattering(unknowns: &[Unknown]) -> [bool; SCATTERED.len()] {

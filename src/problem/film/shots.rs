@@ -5,9 +5,9 @@ use rayon::prelude::*;
 
 use super::block::{FilmBlock, FilmedShot};
 use super::camera::Camera;
-use super::dual::{Dual, DualVector, INPUTS, gradient};
+use super::dual::{Dual, DualVector, gradient};
 use super::motion::{Struck, locate};
-use super::own::{self, OWN};
+use super::own::{self, MOVING, OWN, input_of};
 use crate::measurement::dataset::{Before, Measured, Measurement, Shot};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::spin::Spin;
@@ -207,7 +207,7 @@ impl Solution {
         let Fitted { shot, own, .. } = fitted;
         let held = &self.at.shots.first()?.get(i)?.held;
         let covariance = self.covariance.shot_covariance(reduced, (0, i), held);
-        let covariance = covariance.fixed_view::<INPUTS, INPUTS>(0, 0);
+        let covariance = covariance.fixed_view::<MOVING, MOVING>(0, 0);
         let inputs = &struck.inputs;
         let velocity = struck.turn(&struck.before.velocity);
         let mut all = vec![
@@ -224,7 +224,7 @@ impl Solution {
         }
         all.push(("cue_side_spin_of_speed", inputs[own::SIDE]));
         let estimate = |(column, value): (&'static str, Dual)| {
-            let by = gradient(&value);
+            let by = gradient(&value).fixed_rows::<MOVING>(0).into_owned();
             let sd = by.dot(&(covariance * by)).max(0.0).sqrt();
             OwnEstimate { column, value: value.re, sd }
         };
@@ -301,7 +301,7 @@ impl Solution {
         }
         let by_own = DMatrix::from_fn(quantities.len(), free, |row, column| {
             let offset = column.checked_sub(OWN).map(|i| OWN + Id::OFFSETS[i] as usize);
-            gradient(&quantities[row])[offset.unwrap_or(column)]
+            gradient(&quantities[row])[input_of(offset.unwrap_or(column))]
         });
         let shot_variances = (&by_own * &covariance * by_own.transpose()).diagonal();
         let by_cloth = &by_own * covariance * matrix.view((0, free), (free, CLOTH.len()));

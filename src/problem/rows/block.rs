@@ -11,7 +11,7 @@ use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
 use crate::problem::film::dual::gradient;
 use crate::problem::film::impact::{Contact, Correction};
-use crate::problem::film::own::OWN;
+use crate::problem::film::own::MOVING;
 use crate::problem::loss::ShotLoss;
 use crate::problem::sums::{Contribution, Noise};
 use crate::problem::unknowns::{Mode, Own, PHYSICS, Shared, Unknown};
@@ -114,12 +114,12 @@ impl RowsBlock {
     pub(crate) fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
         let (shot, noises) = (&self.shots[i], self.noises.len());
         let Some(predicted) = self.predict(i, own, shared) else {
-            return Contribution::impossible(OWN, self.width, noises);
+            return Contribution::impossible(MOVING, self.width, noises);
         };
-        let mut sums = Contribution::empty(OWN, self.width, noises);
+        let mut sums = Contribution::empty(MOVING, self.width, noises);
         sums.sticks = predicted.sticks;
         for residual in &predicted.rows {
-            sums.add_number(residual.re, &gradient(residual).as_slice()[..OWN + self.width]);
+            sums.add_number(residual.re, &gradient(residual).as_slice()[..MOVING + self.width]);
         }
         for (place, prior) in shot.priors() {
             sums.add_prior((place, prior), own[place], &[]);
@@ -140,7 +140,7 @@ impl RowsBlock {
     pub(crate) fn deviations(&self, i: usize, shared: &Shared) -> Option<Deviations> {
         let shot = &self.shots[i];
         let Residuals { rows, approach, .. } =
-            shot.differences(&Own::zeros(OWN), shared, &self.contact).ok()?;
+            shot.differences(&Own::zeros(MOVING), shared, &self.contact).ok()?;
         let sds = shot.inputs.map(|input| self.sd(input.noise, input.measured.sd));
         let by: Vec<_> = rows.iter().map(gradient).collect();
         let inputs = DMatrix::from_fn(rows.len(), INPUTS, |row, place| sds[place] * by[row][place]);
@@ -156,7 +156,7 @@ impl RowsBlock {
             measured: shot.rows.iter().map(|row| row.number.measured.value).collect(),
             values: DVector::from_iterator(rows.len(), rows.iter().map(|row| -row.re)),
             covariance,
-            by: DMatrix::from_fn(rows.len(), PHYSICS, |row, id| by[row][OWN + id]),
+            by: DMatrix::from_fn(rows.len(), PHYSICS, |row, id| by[row][MOVING + id]),
             normal: [cos.re, sin.re],
             cut,
             speed: shot.knows_speed.then_some(speed),

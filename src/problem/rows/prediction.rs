@@ -12,7 +12,7 @@ use crate::physics::collision::{Coefficients, Model, NotACollision};
 use crate::physics::friction_law::Law;
 use crate::problem::film::dual::{Dual, DualVector, constant, gradient, norm, with_gradient};
 use crate::problem::film::impact::{Contact, Side};
-use crate::problem::film::own::{OWN, SCATTERED};
+use crate::problem::film::own::{MOVING, SCATTERED};
 use crate::problem::unknowns::{Own, Shared};
 
 /// Steps until an unknown speed before the impact gives the measured one afterwards.
@@ -178,8 +178,7 @@ impl RowShot {
         contact: &Contact,
     ) -> Result<Residuals, NotACollision> {
         let (approach, after) = self.strike(own, |cue| {
-            let (balls, sticks) =
-                contact.collide(cue, shared, &[constant(0.0); SCATTERED.len()], &self.offset)?;
+            let (balls, sticks) = contact.collide(cue, shared, &[0.0; SCATTERED.len()], &self.offset)?;
             Ok(Parting { balls, radii: contact.radii(shared), sticks })
         })?;
         let difference = |row: &Row| {
@@ -211,7 +210,7 @@ pub fn predict(shot: &Shot, model: &Model, coefficients: &Coefficients) -> Resul
     let bare = Dataset::new("", model.ball, Vec::new());
     let made = RowShot::new(shot, &bare, model.law != Law::Constant || model.e_slope.is_some())?;
     let radii = [model.ball.radius, model.object_ball().radius];
-    let (approach, after) = made.strike(&Own::zeros(OWN), |cue| {
+    let (approach, after) = made.strike(&Own::zeros(MOVING), |cue| {
         let after = model.collide(&cue.state(radii[0]), coefficients)?.components();
         let side = |ball: usize| {
             let part = |i: usize| constant(after[6 * ball + i]);

@@ -7,7 +7,7 @@ use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Fidelity, NotACollision};
 use crate::problem::film::impact::Correction;
-use crate::problem::film::own::OWN;
+use crate::problem::film::own::MOVING;
 use crate::problem::sums::OwnPrior;
 use crate::problem::unknowns::{Id, Normal};
 
@@ -116,7 +116,7 @@ impl RowShot {
     /// Returns what is known of each own unknown, with its place; those that count as numbers with
     /// a noise are not among them.
     pub(crate) fn priors(&self) -> impl Iterator<Item = (usize, OwnPrior)> {
-        (0..OWN).filter_map(|place| match self.inputs.get(place) {
+        (0..MOVING).filter_map(|place| match self.inputs.get(place) {
             Some(Input { noise: Some(_), .. }) => None,
             Some(Input { measured: Measured { sd: Some(sd), .. }, .. }) => {
                 Some((place, OwnPrior::Stated(Normal { mean: 0.0, sd: *sd })))

@@ -16,7 +16,7 @@ use crate::physics::collision::Fidelity;
 use crate::problem::block::Block;
 use crate::problem::film::dual::gradient;
 use crate::problem::film::impact::Contact;
-use crate::problem::film::own::OWN;
+use crate::problem::film::own::MOVING;
 use crate::problem::film::priors::list_contact;
 use crate::problem::findings::Finding;
 use crate::problem::minimise::{Descent, fit};
@@ -68,7 +68,7 @@ impl Table {
         let mut left_out = dataset.left_out.clone();
         for shot in &dataset.shots {
             let made = RowShot::new(shot, dataset, settings.falls || settings.e_falls).and_then(|made| {
-                made.differences(&Own::zeros(OWN), &usual, &contact)?;
+                made.differences(&Own::zeros(MOVING), &usual, &contact)?;
                 Ok(made)
             });
             match made {
@@ -101,7 +101,7 @@ impl Table {
     /// Returns the measured inputs and initial values of the unknowns.
     pub fn start(&self) -> State {
         let shared = Shared::starts(&self.problem.unknowns);
-        State { own: vec![vec![Own::zeros(OWN); self.names.len()]], shared }
+        State { own: vec![vec![Own::zeros(MOVING); self.names.len()]], shared }
     }
 
     /// Minimises.
