@@ -286,7 +286,7 @@ impl Evaluation {
                 let (matrix, beside) = shot.own_system();
                 let factor = matrix.cholesky()?;
                 let response = factor.solve(&beside);
-                sum.gemm_tr(-1.0, &beside, &response, 1.0);
+                sum.gemm(-1.0, &beside.transpose(), &response, 1.0);
                 own_ln_determinant += factor.ln_determinant();
                 eliminated.push(Eliminated { response, factor });
             }

@@ -296,10 +296,11 @@ fn from_corner(own: &Own, add_up: impl Fn(&Own) -> Contribution) -> Contribution
         own[own::TOPSPIN] = topspin;
         add_up(&own)
     };
-    let [mut draw, top] = [-OFF_CORNER, OFF_CORNER].map(beside);
+    let top = beside(OFF_CORNER);
     if top.slope(own::TOPSPIN) < 0.0 {
         return top;
     }
+    let mut draw = beside(-OFF_CORNER);
     draw.held[own::TOPSPIN] |= draw.slope(own::TOPSPIN) < 0.0;
     draw
 }
