@@ -129,8 +129,7 @@ impl FilmBlock {
         sums
     }
 
-    /// Returns what is known of the differences of a shot from what the shots share, each with its
-    /// place.
+    /// Returns what is known of how a shot differs from what all share, each with its place.
     fn contact_priors(&self) -> [(usize, OwnPrior); SCATTERED.len()] {
         let prior = |i| if self.scatters[i] { OwnPrior::Spread(FIRST_SCATTER + i) } else { OwnPrior::Held };
         std::array::from_fn(|i| (own::SCATTER + i, prior(i)))
