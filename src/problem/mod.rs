@@ -93,7 +93,7 @@ mod tests {
     use super::block::Block;
     use super::discs::own::LEAD;
     use super::film::film_data::Film;
-    use super::film::own::OWN;
+    use super::film::own::MOVING;
     use super::problem::{Problem, State};
     use super::rows::table::Table;
     use super::sums::Noise;
@@ -195,7 +195,7 @@ mod tests {
                 let held = &problem.evaluate(table.start()).shots[0][i].held;
                 let moved =
                     |place: usize| if held[place] { 0.0 } else { 0.3 * ((i + 2 * place) as f64).sin() };
-                *own = Own::from_fn(OWN, |place, _| moved(place));
+                *own = Own::from_fn(MOVING, |place, _| moved(place));
             }
             check_gradient(problem, &state, &problem.free(), 2, [1e-4; 2]);
         }
