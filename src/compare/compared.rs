@@ -8,8 +8,8 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::joint::{Joint, estimate, settle};
 use super::result::{
-    Compared, Comparison, Difference, LeftOut, LikelihoodRatio, Quantity, RATIO, REFUTED, Robust,
-    SampleSummary, SampleWeight, Value, WALD,
+    Compared, Comparison, Difference, LeftOut, LikelihoodRatio, Quantity, RATIO, Robust, SampleSummary,
+    SampleWeight, Value, WALD,
 };
 use super::{CompareError, refuse};
 use crate::fit::deviations::{holm, residuals};
@@ -18,9 +18,6 @@ use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
 use crate::problem::Severity::{Doubtful, Unusable};
 use crate::problem::{self, Block, Estimates, Evaluation, Id, Mode, Policy, Problem, refutes};
-
-/// Kind of the remark that mass ratios limit a difference.
-const MASS_RATIOS: &str = "mass-ratios";
 
 impl Joint<'_> {
     /// Returns what the fit says.
@@ -47,7 +44,7 @@ impl Joint<'_> {
         }
         let mut remarks = std::mem::take(&mut self.samples.remarks);
         remarks.extend(quantities.iter().flat_map(find_doubts));
-        remarks.extend(Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity)));
+        let limit = Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity));
         remarks.sort_by_key(|remark| std::cmp::Reverse(remark.severity));
         let (mut losses, mut weights) = (Vec::new(), Vec::new());
         for (number, alone) in self.samples.fitted.iter().enumerate() {
@@ -74,8 +71,10 @@ impl Joint<'_> {
             samples: self.samples.summaries,
             solution: Arc::new(self.solution),
             remarks,
+            is_refuted: false,
         };
         judge(&mut comparison);
+        comparison.remarks.extend(limit.filter(|_| !comparison.is_refuted));
         Ok(comparison)
     }
 
@@ -147,7 +146,7 @@ impl Joint<'_> {
     /// Returns the column of a quantity that the samples of a label estimate; `None` if it is held.
     ///
     /// # Errors
-    /// Name of the words why they do not determine it.
+    /// The template of the reason why they do not determine it.
     fn column_of(
         &self,
         label: usize,
@@ -302,7 +301,7 @@ impl Joint<'_> {
         let part = by_ratios.dot(&(&inverse * &by_ratios));
         let is_most = ratios.len() > 1 && 2.0 * part > variance;
         let (quantity, std_error, part) = (quantity.name(), variance.sqrt(), part.sqrt());
-        is_most.then(|| note(MASS_RATIOS, context! { quantity, std_error, part }))
+        is_most.then(|| note("mass-ratios", context! { quantity, std_error, part }))
     }
 }
 
@@ -340,7 +339,7 @@ fn judge(comparison: &mut Comparison) {
         return;
     }
     let values = context! { samples, reduced_chi2 => chi2 / dof.max(1) as f64 };
-    let refuted = Remark::new(Unusable, REFUTED, values);
+    let refuted = Remark::new(Unusable, "refuted", values);
     for compared in comparison.quantities.iter_mut().filter(|own| own.quantity != Quantity::Sliding) {
         for value in &mut compared.estimates {
             (value.std_error, value.interval_95) = (None, None);
@@ -348,7 +347,7 @@ fn judge(comparison: &mut Comparison) {
         compared.differences.clear();
         compared.same_or_different = None;
     }
-    comparison.remarks.retain(|remark| remark.kind != MASS_RATIOS);
+    comparison.is_refuted = true;
     comparison.remarks.insert(0, refuted);
 }
 

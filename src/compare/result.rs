@@ -83,9 +83,6 @@ pub struct Options {
     pub per_dataset: Vec<Quantity>,
 }
 
-/// Kind of the remark that the data rule the model out.
-pub(super) const REFUTED: &str = "refuted";
-
 /// Why a search that did not converge stopped.
 pub(crate) const NOT_CONVERGED: &str =
     "no step lowered χ² though one was promised to, or there were too many steps";
@@ -106,6 +103,8 @@ pub struct Comparison {
     pub(crate) robust: Option<Robust>,
     /// Everything that a reader should know, the most important first.
     pub(crate) remarks: Vec<Remark>,
+    /// Whether the data rule out the model.
+    pub(super) is_refuted: bool,
 }
 
 impl Comparison {
@@ -118,7 +117,7 @@ impl Comparison {
 
     /// Returns whether the data rule out the model: only what does not rest on it has errors.
     pub fn is_refuted(&self) -> bool {
-        self.remarks.iter().any(|remark| remark.kind == REFUTED)
+        self.is_refuted
     }
 
     /// Returns what a reader must know, in sentences, the most important first.
