@@ -128,7 +128,7 @@ pub(crate) fn trimmed(line: &str, separator: Separator) -> Option<Vec<String>> {
     Some(cells(line, separator).ok()?.into_iter().map(Cow::into_owned).collect())
 }
 
-/// Returns what is wrong with a row that has as many cells, below names in a line.
+/// Returns the fault of a row of `count` cells, below a line with `expected` names.
 pub(crate) fn wrong_width(count: usize, expected: usize, line: usize, separator: Separator) -> String {
     let name = name_of(separator);
     let hint = match separator {
@@ -138,7 +138,7 @@ pub(crate) fn wrong_width(count: usize, expected: usize, line: usize, separator:
         }
         _ => format!("write text that has {name} in quotation marks"),
     };
-    let names = if count == expected + 1 { " (from R: write row.names = FALSE)" } else { "" };
+    let names = if count == expected + 1 { "; from R, write it with row.names = FALSE" } else { "" };
     format!("{}; expected {expected}, as in line {line}; {hint}{names}", count_of(count, "cell"))
 }
 

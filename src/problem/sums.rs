@@ -240,8 +240,7 @@ impl Contribution {
         self.cost += residual * residual;
     }
 
-    /// Gives an unknown without sums those of another one, on which all numbers depend in the same
-    /// way.
+    /// Copies the sums of an unknown to another one, on which all numbers depend in the same way.
     pub(crate) fn repeat(&mut self, from: usize, to: usize) {
         for place in 0..self.products.ncols() {
             let other = if place == to { from } else { place };

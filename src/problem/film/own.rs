@@ -32,8 +32,8 @@ pub(crate) const SCATTER: usize = MOVING;
 /// Shared unknowns from which those of a shot may differ.
 pub(crate) const SCATTERED: [Id; 4] = [Id::Mu, Id::E, Id::MuS, Id::MassRatio];
 
-/// Returns the input of the motion that the unknown of a shot at a place is, or adds to; the own
-/// unknowns are first, the shared ones follow.
+/// Returns the input of the motion that an unknown of a shot changes; places count its own unknowns
+/// first, then the shared ones.
 pub(super) fn input_of(place: usize) -> usize {
     match place.checked_sub(SCATTER) {
         None => place,
