@@ -219,12 +219,18 @@ impl Contribution {
 
     /// Adds a number that scatters; own unknowns that are held must be known.
     pub(crate) fn add_scattered(&mut self, mut number: Scattered, spreads: &[Spread]) {
-        for (by, _) in number.by.iter_mut().zip(&self.held).filter(|(_, held)| **held) {
-            *by = 0.0;
-        }
+        number.by = self.without_held(number.by);
         let sd = spreads[number.spread].sd;
         self.add_number(number.value / sd, (&number.by / sd).as_slice());
         self.scattered.push(number);
+    }
+
+    /// Returns derivatives by own unknowns and others, those that are held left out.
+    pub(crate) fn without_held(&self, mut by: DVector<f64>) -> DVector<f64> {
+        for (by, _) in by.iter_mut().zip(&self.held).filter(|(_, held)| **held) {
+            *by = 0.0;
+        }
+        by
     }
 
     /// Adds a residual with its derivatives by the first unknowns, both in standard deviations.

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use super::policy::{Policy, STALL};
 use super::problem::{Evaluation, Problem, Reduced, State};
 use super::sums::Part;
-use super::unknowns::{Id, Mode, SHARED};
+use super::unknowns::{Id, Mode, Unknown};
 
 /// Part of the information on an unknown that other unknowns must leave, so that what is left is
 /// more than roundings.
@@ -20,14 +20,14 @@ pub(crate) struct Estimates {
     pub(crate) covariance: DMatrix<f64>,
 }
 
-/// The effect of freeing a tested unknown, to first order.
+/// An unknown against what was assumed of it, if that is left out, to first order: a tested one
+/// against the value that it is held at, another one against its prior.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Score {
+pub(crate) struct Suspect {
     pub(crate) id: Id,
-    pub(crate) fall: f64,
     pub(crate) estimate: f64,
-    /// Standard error of the estimate.
-    pub(crate) sd: f64,
+    /// Difference in its standard deviations, the root of the decrease of χ².
+    pub(crate) size: f64,
 }
 
 /// The part of the variance of an estimate that knowing a nuisance parameter exactly would take
@@ -36,15 +36,6 @@ pub(crate) struct Score {
 pub(crate) struct Share {
     pub(crate) nuisance: Id,
     pub(crate) variance: f64,
-}
-
-/// A prior against what the frames show without it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Conflict {
-    pub(crate) id: Id,
-    pub(crate) estimate: f64,
-    /// Difference in its standard deviations.
-    pub(crate) size: f64,
 }
 
 impl Estimates {
@@ -82,33 +73,6 @@ impl Estimates {
         self.position(column).map(|i| self.covariance[(i, i)].sqrt())
     }
 
-    /// Returns the covariance of the own unknowns of shot `i` of a sample, which follow the shared
-    /// ones, and of the shared ones behind them.
-    pub(crate) fn shot_covariance(
-        &self,
-        reduced: &Reduced,
-        (sample, i): (usize, usize),
-        held: &[bool],
-    ) -> DMatrix<f64> {
-        let first = held.len();
-        let response = reduced.response(sample, i, &self.columns);
-        let by = DMatrix::from_fn(first + SHARED, self.columns.len(), |row, column| {
-            match row.checked_sub(first) {
-                None => response[(row, column)],
-                Some(local) => f64::from(reduced.columns[sample][local] == self.columns[column]),
-            }
-        });
-        let mut all = &by * &self.covariance * by.transpose();
-        let own_covariance = reduced.own[sample][i].covariance();
-        let free: Vec<usize> = (0..first).filter(|place| !held[*place]).collect();
-        for a in &free {
-            for b in &free {
-                all[(*a, *b)] += own_covariance[(*a, *b)];
-            }
-        }
-        all
-    }
-
     /// Returns the variance of a number of shot `i` of a sample with these derivatives by its own
     /// unknowns and the shared ones.
     pub(crate) fn variance(&self, reduced: &Reduced, (sample, i): (usize, usize), by: &DVector<f64>) -> f64 {
@@ -144,23 +108,6 @@ impl Estimates {
         self.columns.iter().enumerate().map(part).sum()
     }
 
-    /// Returns the scores of all tested unknowns, without their priors.
-    pub(crate) fn score_tested(&self, problem: &Problem, at: &Evaluation) -> Vec<Score> {
-        let Some(reduced) = at.eliminate(problem, 0.0) else { return Vec::new() };
-        let tested = problem.unknowns.iter().enumerate().filter(|(_, unknown)| unknown.mode == Mode::Tested);
-        let scores = tested.map(|(column, unknown)| {
-            let (information, slope) = self.condition(&reduced, &[column]);
-            let (information, slope) = (information[0], slope[0]);
-            Score {
-                id: unknown.id,
-                fall: slope * slope / information,
-                estimate: at.state.shared.0[column] - slope / information,
-                sd: information.sqrt().recip(),
-            }
-        });
-        scores.filter(|score| score.fall.is_finite() && score.sd.is_finite()).collect()
-    }
-
     /// Returns the variance of one of the `wanted` nuisance by nuisance, the most costly first, and
     /// the rest, which is the noise of the frames. The parts add up to the variance.
     pub fn budget(&self, problem: &Problem, column: usize, wanted: &[Id]) -> Option<(Vec<Share>, f64)> {
@@ -181,20 +128,30 @@ impl Estimates {
         Some((shares, left[(i, i)]))
     }
 
-    /// Returns each prior against what the frames show without it, to first order.
-    pub(crate) fn conflicts(&self, problem: &Problem, at: &Evaluation) -> Vec<Conflict> {
-        let conflict = |(i, column): (usize, &usize)| {
-            let unknown = &problem.unknowns[*column];
-            let prior = unknown.active_prior()?;
-            let (x, variance) = (at.state.shared.0[*column], self.covariance[(i, i)]);
+    /// Returns each tested unknown and each prior against what the data show without it.
+    pub(crate) fn suspects(&self, problem: &Problem, at: &Evaluation) -> Vec<Suspect> {
+        let reduced = at.eliminate(problem, 0.0);
+        let suspect = |(column, unknown): (usize, &Unknown)| {
+            let (id, x) = (unknown.id, at.state.shared.0[column]);
+            if unknown.mode == Mode::Tested {
+                let (information, slope) = self.condition(reduced.as_ref()?, &[column]);
+                let (information, slope) = (information[0], slope[0]);
+                return Some(Suspect {
+                    id,
+                    estimate: x - slope / information,
+                    size: -slope / information.sqrt(),
+                });
+            }
+            let (prior, variance) = (unknown.active_prior()?, self.sd(column)?.powi(2));
             let information = 1.0 / variance - prior.sd.powi(-2);
             let estimate = (x / variance - prior.mean * prior.sd.powi(-2)) / information;
             let size = (estimate - prior.mean) / (1.0 / information + prior.sd * prior.sd).sqrt();
             // what a search that stalls leaves of a pull is not a conflict
             let least = STALL / Policy::default().conflict.powi(2);
-            (information > least / variance).then_some(Conflict { id: unknown.id, estimate, size })
+            (information > least / variance).then_some(Suspect { id, estimate, size })
         };
-        self.columns.iter().enumerate().filter_map(conflict).collect()
+        let suspects = problem.unknowns.iter().enumerate().filter_map(suspect);
+        suspects.filter(|suspect| suspect.size.is_finite()).collect()
     }
 
     /// Returns the leverage of shot `i` of the only sample, and the change of each of the

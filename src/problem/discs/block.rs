@@ -162,12 +162,8 @@ impl DiscBlock {
         let (e, ratio) = (motion.own[own::RESTITUTION], motion.own[own::RATIO]);
         let law = impulse_ratio([-parting, slip, e], shared, self.discs.inertia);
         let off_friction = law.filter(|_| self.shows_friction(i)).map(|law| ratio - law);
-        let places = places_of_inputs(own.len());
         let number = |(spread, off): (usize, Dual)| {
-            let mut by = DVector::zeros(own.len() + SHARED);
-            for (place, by_input) in places.iter().zip(&gradient(&off)) {
-                by[*place] = *by_input;
-            }
+            let by = by_unknowns(&off, own.len());
             Scattered { spread, place: own::RESTITUTION + spread, value: off.re, by }
         };
         let off_restitution = e - restitution(&-parting, shared);
@@ -224,6 +220,15 @@ impl DiscBlock {
 }
 
 /// Returns the places of the inputs of a motion among `count` own unknowns and the shared ones.
-pub(super) fn places_of_inputs(count: usize) -> Vec<usize> {
+fn places_of_inputs(count: usize) -> Vec<usize> {
     (0..CORE).chain(list_moving().map(|id| count + id as usize)).collect()
+}
+
+/// Returns the derivatives of a number by `count` own unknowns and the shared ones.
+pub(super) fn by_unknowns(number: &Dual, count: usize) -> DVector<f64> {
+    let mut by = DVector::zeros(count + SHARED);
+    for (place, by_input) in places_of_inputs(count).into_iter().zip(&gradient(number)) {
+        by[place] = *by_input;
+    }
+    by
 }

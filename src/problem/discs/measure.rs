@@ -2,16 +2,15 @@
 
 use std::sync::Arc;
 
-use super::block::{DiscBlock, PointTrack, places_of_inputs};
+use super::block::{DiscBlock, PointTrack, by_unknowns};
 use super::impact::{DiscImpact, find_doubts};
 use super::lines::LEAST;
-use super::motion::{Dual, INPUTS, locate};
+use super::motion::{Dual, locate};
 use super::own::{self, LAW, LEAST_SHOTS};
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::problem::block::Block;
 use crate::problem::false_shots::tail;
 use crate::problem::film::camera::{Camera, Point};
-use crate::problem::film::dual::gradient;
 use crate::problem::film::film_data::{Film, FilmError};
 use crate::problem::film::outliers::outlying;
 use crate::problem::frames::{Frame, PicturePaths, Sight};
@@ -228,16 +227,11 @@ fn list_impacts(
     let impact = |i: usize| {
         let (shot, own) = (&block.shots[i], &end.state.own[0][i]);
         let motion = block.follow(i, own, &end.state.shared)?;
-        // the covariance of the inputs of the motion
-        let all = solution.covariance.shot_covariance(&reduced, (0, i), &end.shots[0][i].held);
-        let places = places_of_inputs(own.len());
-        let inputs = all.select_rows(&places).select_columns(&places);
-        let inputs = inputs.fixed_view::<INPUTS, INPUTS>(0, 0);
         let measure = |(column, quantity): (&'static str, Option<Dual>)| {
             let measured = |quantity: Dual| {
-                let by = gradient(&quantity);
+                let by = end.shots[0][i].without_held(by_unknowns(&quantity, own.len()));
                 let is_stated = column == "mass_ratio" && block.discs.masses.is_some();
-                let sd = (!is_stated).then(|| by.dot(&(inputs * by)).max(0.0).sqrt());
+                let sd = (!is_stated).then(|| solution.covariance.variance(&reduced, (0, i), &by).sqrt());
                 Measured { value: quantity.re, sd }
             };
             let restitution = shot.stuck.map(|stuck| stuck.restitution).filter(|_| column == "e");

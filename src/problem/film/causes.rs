@@ -8,8 +8,8 @@ use crate::problem::minimise::{Descent, descend_with_noise, fit};
 use crate::problem::policy::Policy;
 use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::sums::Noise;
-use crate::problem::uncertainty::Estimates;
-use crate::problem::unknowns::{Id, Mode, Normal, Shared};
+use crate::problem::uncertainty::{Estimates, Suspect};
+use crate::problem::unknowns::{Id, Mode, Normal, Shared, Unknown};
 
 /// Parts of the way to the estimate of a score at which a descent with a freed unknown starts:
 /// flights between bounces give the frame rate several minima.
@@ -49,17 +49,6 @@ impl Refit {
     }
 }
 
-/// Something that may be other than assumed.
-#[derive(Clone, Copy, Debug)]
-struct Suspect {
-    id: Id,
-    /// Decrease of χ² to first order.
-    fall: f64,
-    estimate: f64,
-    /// Decrease that names it.
-    threshold: f64,
-}
-
 /// Returns the refit with the suspect that lowers χ² most, if the decrease is significant.
 pub(crate) fn explain(
     problem: &Problem,
@@ -67,20 +56,23 @@ pub(crate) fn explain(
     estimates: &Estimates,
     policy: &Policy,
 ) -> Option<Refit> {
-    let suspect = |id, fall, estimate, threshold| Suspect { id, fall, estimate, threshold };
-    let scores = estimates.score_tested(problem, at).into_iter();
-    let scores = scores.map(|score| suspect(score.id, score.fall, score.estimate, policy.cause));
-    let conflicts = estimates.conflicts(problem, at).into_iter();
-    let conflicts = conflicts.map(|c| suspect(c.id, c.size.powi(2), c.estimate, policy.conflict.powi(2)));
     let is_likely = |suspect: &Suspect| {
         let [low, high] = problem.unknown(suspect.id).bounds;
-        suspect.fall > 0.5 * suspect.threshold && (low..=high).contains(&suspect.estimate)
+        let is_inside = (low..=high).contains(&suspect.estimate);
+        is_inside && suspect.size.powi(2) > 0.5 * threshold(problem.unknown(suspect.id), policy)
     };
-    let mut suspects: Vec<Suspect> = scores.chain(conflicts).filter(is_likely).collect();
-    suspects.sort_by(|a, b| (b.fall / b.threshold).total_cmp(&(a.fall / a.threshold)));
+    let mut suspects = estimates.suspects(problem, at);
+    suspects.retain(is_likely);
+    let rank = |suspect: &Suspect| suspect.size.powi(2) / threshold(problem.unknown(suspect.id), policy);
+    suspects.sort_by(|a, b| rank(b).total_cmp(&rank(a)));
     let suspects = suspects.into_iter().take(MAX_SUSPECTS);
     let refits = suspects.filter_map(|suspect| let_in(problem, at, suspect, policy));
     refits.max_by(|a, b| a.fall.total_cmp(&b.fall))
+}
+
+/// Returns the decrease of χ² that names an unknown.
+fn threshold(unknown: &Unknown, policy: &Policy) -> f64 {
+    if unknown.mode == Mode::Tested { policy.cause } else { policy.conflict.powi(2) }
 }
 
 /// Returns the least χ² with a suspect free and without its prior, if χ² decreases by enough.
@@ -98,12 +90,12 @@ fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy)
     }
     // the first start serves if χ² decreases as its score promises
     let mut best = descend_from(&wider, &at.state, id, &values[..1])?;
-    if id == Id::Rate || at.cost - best.end.cost < PROMISED * suspect.fall {
+    if id == Id::Rate || at.cost - best.end.cost < PROMISED * suspect.size.powi(2) {
         let other = descend_from(&wider, &at.state, id, &values[1..])?;
         best = if other.end.cost < best.end.cost { other } else { best };
     }
     let fall = at.cost - best.end.cost;
-    if !(fall > suspect.threshold) {
+    if !(fall > threshold(&before, policy)) {
         return None;
     }
     let refit = Refit::from(wider, best.end.state, fall);
@@ -151,7 +143,7 @@ pub(crate) fn widen_rate(
 ) -> Option<Refit> {
     let id = Id::Rate;
     let stated = problem.unknown(id).active_prior().filter(|prior| prior.sd == RATE_SD)?.mean;
-    let conflict = estimates.conflicts(problem, at).into_iter().find(|conflict| conflict.id == id)?;
+    let conflict = estimates.suspects(problem, at).into_iter().find(|suspect| suspect.id == id)?;
     if conflict.size.abs() < policy.rate_conflict {
         return None;
     }

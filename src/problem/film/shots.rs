@@ -7,7 +7,7 @@ use super::block::{FilmBlock, FilmedShot};
 use super::camera::Camera;
 use super::dual::{Dual, DualVector, gradient};
 use super::motion::{Struck, locate};
-use super::own::{self, MOVING, OWN, input_of};
+use super::own::{self, OWN, input_of};
 use crate::measurement::dataset::{Before, Measured, Measurement, Shot};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::spin::Spin;
@@ -205,9 +205,7 @@ impl Solution {
         let fitted = self.film_shot(i)?;
         let struck = fitted.struck()?;
         let Fitted { shot, own, .. } = fitted;
-        let held = &self.at.shots.first()?.get(i)?.held;
-        let covariance = self.covariance.shot_covariance(reduced, (0, i), held);
-        let covariance = covariance.fixed_view::<MOVING, MOVING>(0, 0);
+        let sums = self.at.shots.first()?.get(i)?;
         let inputs = &struck.inputs;
         let velocity = struck.turn(&struck.before.velocity);
         let mut all = vec![
@@ -224,8 +222,9 @@ impl Solution {
         }
         all.push(("cue_side_spin_of_speed", inputs[own::SIDE]));
         let estimate = |(column, value): (&'static str, Dual)| {
-            let by = gradient(&value).fixed_rows::<MOVING>(0).into_owned();
-            let sd = by.dot(&(covariance * by)).max(0.0).sqrt();
+            let by = gradient(&value);
+            let by = sums.without_held(DVector::from_fn(OWN, |place, _| by[input_of(place)]));
+            let sd = self.covariance.variance(reduced, (0, i), &by).sqrt();
             OwnEstimate { column, value: value.re, sd }
         };
         Some(all.into_iter().map(estimate).collect())

@@ -172,7 +172,7 @@ fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     let rows = wider.rows()?;
     let chance = tail(at.cost, Table::dof(&wider));
     let is_stated = rows.noises.is_empty() && rows.loss == Loss::Squares;
-    let conflicts = Estimates::new(&wider, at)?.conflicts(&wider, at);
+    let conflicts = Estimates::new(&wider, at)?.suspects(&wider, at);
     let is_contradicted = conflicts.iter().any(|conflict| conflict.size.abs() > policy.conflict);
     if !is_stated || (chance > policy.shot_tail && !is_contradicted) {
         return None;
