@@ -10,7 +10,7 @@ use super::request::Request;
 use super::{Fit, FitError, Options, film_words, of_discs, of_film, of_rows};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::track::TrackShot;
-use crate::problem::{DiscImpact, FilmError, Id, Modelling, Policy, fit_film, measure_discs};
+use crate::problem::{Choices, DiscImpact, FilmError, Id, Policy, fit_film, measure_discs};
 
 /// Fits a data set of any kind, as `caromfit fit` does, of films all frames at once, with the
 /// camera: one fit, or one for each label of the column that `[fit] by` names, in the order in
@@ -108,8 +108,7 @@ pub(crate) fn with_impacts(mut dataset: Dataset) -> (Dataset, Option<FittedFilm>
     if dataset.is_of_discs() {
         return (with_usable_discs(dataset), None);
     }
-    let modelling = Modelling::of(&dataset);
-    let solution = match fit_film(&dataset, &modelling, &Policy::default()) {
+    let solution = match fit_film(&dataset, &Choices::default(), &Policy::default()) {
         Ok(solution) => solution,
         Err(error) => {
             leave_out(&mut dataset, error);

@@ -19,8 +19,8 @@ use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::physics::collision::Fidelity;
 use crate::problem::{
-    Deviations, Estimates, Evaluation, Finding, Id, Known, Policy, Quantiles, RowsError, ShotInfluence,
-    Solution, TableNoise,
+    Choices, Deviations, Estimates, Evaluation, Finding, Id, Known, Policy, Quantiles, RowsError,
+    ShotInfluence, Solution, TableNoise,
 };
 
 /// Shots that are listed by their influence whether they are influential or not, and at most.
@@ -51,13 +51,20 @@ pub(super) struct Fitted<'a> {
     pub(crate) trends: Vec<Trend>,
 }
 
-/// Checks that no contact that is stated to be compliant is to be fitted at a fidelity that takes
-/// it as rigid; names that fidelity in the error.
-pub(super) fn check_fidelity(request: &Request) -> Result<(), FitError> {
+/// Returns the choices of a fit of balls.
+///
+/// # Errors
+/// A contact that is stated to be compliant, at a fidelity that takes it as rigid.
+pub(super) fn choices(request: &Request) -> Result<Choices, FitError> {
+    let &Options { fidelity, tolerance, loss, depth, .. } = request.options;
     let is_compliant = request.dataset.settings.compliance == Compliance::Stated;
-    let is_rigid = |fidelity: &Fidelity| is_compliant && !fidelity.effects().compliance;
-    let rigid = request.options.fidelity.filter(is_rigid);
-    rigid.map_or(Ok(()), |rigid| Err(request.of_rows(RowsError::Rigid(rigid.name()))))
+    match fidelity.filter(|fidelity| is_compliant && !fidelity.effects().compliance) {
+        Some(rigid) => Err(request.of_rows(RowsError::Rigid(rigid.name()))),
+        None => {
+            let without_profiles = depth < Depth::Intervals;
+            Ok(Choices { fidelity, tolerance: Some(tolerance), loss, without_profiles })
+        }
+    }
 }
 
 impl Fitted<'_> {

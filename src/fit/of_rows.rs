@@ -4,27 +4,22 @@ use std::sync::Arc;
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::common::{Fitted, check_fidelity};
+use super::common::{Fitted, choices};
 use super::deviations::trends;
 use super::request::Request;
-use super::{Depth, Estimate, Fit, FitError, Status, doubts};
+use super::{Estimate, Fit, FitError, Status, doubts};
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::number::plain;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::physics::collision::{Coefficients, Fidelity};
 use crate::physics::friction_law::Law;
-use crate::problem::{
-    Finding, Id, MANY_SHOTS, Policy, RowsChoices, RowsFit, Slope, TableNoise, fit_rows, predict,
-};
+use crate::problem::{Finding, Id, MANY_SHOTS, Policy, RowsFit, Slope, TableNoise, fit_rows, predict};
 
 /// Fits the shots of a table.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
-    let Request { dataset, options, .. } = request;
-    check_fidelity(&request)?;
-    let without_profiles = options.depth < Depth::Intervals;
-    let choices = RowsChoices { fidelity: options.fidelity, loss: options.loss, without_profiles };
-    let rows = fit_rows(dataset, &choices, &Policy::default());
+    let dataset = request.dataset;
+    let rows = fit_rows(dataset, &choices(&request)?, &Policy::default());
     let rows = rows.map_err(|error| request.of_rows(error))?;
     let solution = &rows.solution;
     let mut estimates = rows.estimates.clone();

@@ -50,7 +50,7 @@ pub(crate) use discs::measure::measure_discs;
 pub(crate) use discs::own::Component;
 pub(crate) use film::camera::Camera;
 pub use film::film_data::FilmError;
-pub(crate) use film::film_data::{Modelling, OTHER_UNIT};
+pub(crate) use film::film_data::OTHER_UNIT;
 #[cfg(feature = "io")]
 pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
 pub(crate) use film::shots::{FittedFrame, Impact, OwnEstimate};
@@ -59,11 +59,10 @@ pub(crate) use identifiability::Combination;
 pub(crate) use intervals::{Known, MANY_SHOTS, MISLEADING, Quantiles};
 pub use intervals::{ParameterEstimate, Status};
 pub(crate) use offsets::{ShiftScore, Slope};
-pub(crate) use policy::Policy;
+pub(crate) use policy::{Choices, Policy};
 pub(crate) use rows::prediction::Deviations;
 pub use rows::prediction::{Prediction, predict};
 pub(crate) use rows::run::{RowsFit, fit_rows, refutes};
-pub(crate) use rows::shot::RowsChoices;
 pub use rows::shot::RowsError;
 #[cfg(feature = "io")]
 pub use rows::shot::Unpredictable;
@@ -98,7 +97,7 @@ mod tests {
     use super::rows::table::Table;
     use super::sums::Noise;
     use super::unknowns::{Own, Shared};
-    use super::{Id, Modelling, ParameterEstimate, Policy, RowsChoices, RowsFit, Status, fit_film, fit_rows};
+    use super::{Choices, Id, ParameterEstimate, Policy, RowsFit, Status, fit_film, fit_rows};
     use crate::io;
     use crate::measurement::dataset::{Before, Dataset};
     use crate::measurement::loss::Loss;
@@ -108,8 +107,8 @@ mod tests {
     use crate::physics::collision::Fidelity;
     use crate::simulate;
 
-    const FULL: RowsChoices =
-        RowsChoices { fidelity: Some(Fidelity::Full), loss: None, without_profiles: false };
+    const FULL: Choices =
+        Choices { fidelity: Some(Fidelity::Full), loss: None, tolerance: None, without_profiles: false };
 
     /// Shots of this kind, with these spins, this friction and these cut angles; noise 0.2 mm and
     /// the like.
@@ -171,7 +170,7 @@ mod tests {
     #[test]
     fn gradients_of_films_are_slopes_of_chi2() {
         let dataset = rolls(5, 1);
-        let Film { mut block, unknowns, own, .. } = Film::new(&dataset, &Modelling::of(&dataset)).unwrap();
+        let Film { mut block, unknowns, own, .. } = Film::new(&dataset, &Choices::default()).unwrap();
         block.noise = [Noise { sd: 0.05, rho: 0.3 }; 2];
         let problem = Problem::of_one(Block::Film(block), unknowns);
         let columns: Vec<usize> =
@@ -189,7 +188,7 @@ mod tests {
         for (kind, loss, falls) in [("impacts", Loss::Cauchy, false), ("angles", Loss::Squares, true)] {
             let mut dataset = made(kind, 20, r#""natural-roll", "stun", "any""#, 0.05, [-50.0, 50.0], 1);
             dataset.settings.falls = falls;
-            let table = Table::new(&dataset, &RowsChoices { loss: Some(loss), ..FULL }).unwrap();
+            let table = Table::new(&dataset, &Choices { loss: Some(loss), ..FULL }).unwrap();
             let (problem, mut state) = (&table.problem, table.start());
             for (i, own) in state.own[0].iter_mut().enumerate() {
                 let held = &problem.evaluate(table.start()).shots[0][i].held;
@@ -220,8 +219,7 @@ mod tests {
     #[test]
     fn influence_is_what_a_shot_changes() {
         let mut dataset = rolls(10, 6);
-        let fitted =
-            |dataset: &Dataset| fit_film(dataset, &Modelling::of(dataset), &Policy::default()).unwrap();
+        let fitted = |dataset: &Dataset| fit_film(dataset, &Choices::default(), &Policy::default()).unwrap();
         let all = fitted(&dataset);
         let influence = all.influence()[3].clone().unwrap();
         dataset.tracks.as_mut().unwrap().shots.remove(3);
@@ -236,7 +234,7 @@ mod tests {
     /// Films of one shot, of few frames and of no collision give a fit or an error.
     #[test]
     fn poor_films_give_a_fit_or_an_error() {
-        let fitted = |dataset: &Dataset| fit_film(dataset, &Modelling::of(dataset), &Policy::default());
+        let fitted = |dataset: &Dataset| fit_film(dataset, &Choices::default(), &Policy::default());
         assert!(fitted(&rolls(1, 5)).is_ok_and(|fit| fit.names[0].len() == 1));
         for count in [0, 1, 2, 7, 40] {
             for speed in [0.0, 1.0, f64::NAN] {

@@ -1,4 +1,8 @@
-//! Every statistical choice of a fit.
+//! The choices of a fit, those of statistics all with their reasons.
+
+use crate::measurement::dataset::Dataset;
+use crate::measurement::loss::Loss;
+use crate::physics::collision::{Fidelity, Model};
 
 /// Decrease of χ² below which a step is not made: 0.1 standard deviations; and if other descents
 /// follow, or are compared: 0.3.
@@ -7,6 +11,28 @@ pub(super) const ROUGH: f64 = 0.1;
 
 /// Steps of descents whose ends are compared.
 pub(super) const COMPARED_STEPS: usize = 12;
+
+/// Choices of a fit that its data set does not state.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Choices {
+    /// How closely collisions are computed; `None`: in closed form, with the effects beyond it that
+    /// the data show.
+    pub(crate) fidelity: Option<Fidelity>,
+    /// Tolerance of fidelities that integrate; `None`: the usual one.
+    pub(crate) tolerance: Option<f64>,
+    /// How outlying shots count; `None`: as the data set states.
+    pub(crate) loss: Option<Loss>,
+    /// Whether intervals of profiles are left out.
+    pub(crate) without_profiles: bool,
+}
+
+impl Choices {
+    /// Returns the model of the collisions of a data set.
+    pub(crate) fn model(&self, dataset: &Dataset) -> Model {
+        let model = dataset.model(self.fidelity.unwrap_or(Fidelity::Full));
+        Model { tolerance: self.tolerance.unwrap_or(model.tolerance), ..model }
+    }
+}
 
 /// Statistical choices.
 #[derive(Clone, Copy, Debug)]

@@ -7,7 +7,7 @@ use super::effects::choose_effects;
 use super::false_shots::{Squares, judge, tail};
 use super::film::block;
 use super::film::causes::{self, Refit};
-use super::film::film_data::{Film, FilmError, Modelling};
+use super::film::film_data::{Film, FilmError};
 use super::film::outliers::{self, leave_out_frames, squares};
 use super::film::own::{SCATTERED, scattering};
 use super::film::spins::{FIRST_SCATTER, SIDE_SPREAD};
@@ -15,7 +15,7 @@ use super::findings::{Differing, Finding, Severity};
 use super::intervals::errors_as_free;
 use super::loss::ShotLoss;
 use super::minimise::{Descent, descend_with_noise, fit};
-use super::policy::Policy;
+use super::policy::{Choices, Policy};
 use super::problem::{Problem, State, split_names};
 use super::solution::Solution;
 use super::sums::{Contribution, Noise, Spread};
@@ -35,13 +35,8 @@ const MAX_CAUSES: usize = 3;
 ///
 /// # Errors
 /// See [`FilmError`].
-pub(crate) fn fit_film(
-    dataset: &Dataset,
-    modelling: &Modelling,
-    policy: &Policy,
-) -> Result<Solution, FilmError> {
-    let Film { block, unknowns, own, names, left_out, findings, unit, middle } =
-        Film::new(dataset, modelling)?;
+pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices, policy: &Policy) -> Result<Solution, FilmError> {
+    let Film { block, unknowns, own, names, left_out, findings, unit, middle } = Film::new(dataset, choices)?;
     let first_noise = block.noise;
     let start = State { own: vec![own], shared: Shared::starts(&unknowns) };
     let problem = Problem::of_one(Block::Film(block), unknowns);
@@ -55,7 +50,7 @@ pub(crate) fn fit_film(
         let freed = causes::spin_freely(&run.problem, &run.descent.end, (&start, first_noise), policy);
         run.adopt(freed);
     }
-    let how = (modelling.is_auto, modelling.settings.compliance);
+    let how = (choices.fidelity.is_none(), dataset.settings.compliance);
     let without_causes = run.clone();
     let mut estimates = run.name_causes(how, first_noise)?;
     if run.is_scattered(&estimates) {

@@ -18,13 +18,12 @@ use crate::extraction::{
 use crate::film::{drops, frame_noise};
 use crate::measurement::dataset::{Dataset, Measured, Tracks};
 use crate::measurement::loss::Loss;
-use crate::measurement::parameter::Settings;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::numerics::median;
-use crate::physics::collision::{Fidelity, Model};
 use crate::problem::findings::Finding;
 use crate::problem::frames::Frame;
 use crate::problem::loss::ShotLoss;
+use crate::problem::policy::Choices;
 use crate::problem::sums::Noise;
 use crate::problem::unknowns::{Id, Own, Shared, Unknown};
 
@@ -33,27 +32,6 @@ use crate::problem::unknowns::{Id, Own, Shared, Unknown};
 pub(crate) const OTHER_UNIT: f64 = 0.1;
 
 const MOVING: &str = "the object ball was moving before the impact";
-
-/// How a film is modelled and fitted.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Modelling {
-    pub(crate) model: Model,
-    pub(crate) settings: Settings,
-    /// Whether effects beyond the model are adopted if the frames show them.
-    pub(crate) is_auto: bool,
-    /// How outlying shots count.
-    pub(crate) loss: Loss,
-}
-
-impl Modelling {
-    /// Returns the modelling that a data set states, effects adopted if the frames show them.
-    #[must_use]
-    pub fn of(dataset: &Dataset) -> Self {
-        let settings = dataset.settings_of_balls();
-        let model = dataset.model(Fidelity::Full);
-        Self { model, settings, is_auto: true, loss: dataset.loss }
-    }
-}
 
 /// A film of balls or of discs as a block, with its shared unknowns, first guesses, the names of
 /// its shots and what was found on the way.
@@ -93,10 +71,10 @@ impl Film<FilmBlock> {
     ///
     /// # Errors
     /// See [`FilmError`].
-    pub fn new(dataset: &Dataset, modelling: &Modelling) -> Result<Self, FilmError> {
+    pub fn new(dataset: &Dataset, choices: &Choices) -> Result<Self, FilmError> {
         let tracks = dataset.tracks.as_ref().filter(|tracks| tracks.discs.is_none());
         let tracks = tracks.filter(|tracks| !tracks.shots.is_empty()).ok_or(FilmError::NoFilm)?;
-        let model = dataset.model(Fidelity::Full);
+        let model = choices.model(dataset);
         let ball = model.ball;
         let (shots, mut findings) = cleaned(tracks, ball.radius);
         let mut left_out = tracks.left_out.clone();
@@ -126,18 +104,19 @@ impl Film<FilmBlock> {
         let measured = shots.par_iter_mut().zip(&mut own);
         measured.for_each(|(shot, own)| shot.measure_spins(own, camera, ball.radius));
         let spins: Vec<ShotSpin> = shots.iter().map(|shot| shot.spin).collect();
-        let mut unknowns = list_unknowns(&modelling.settings, tracks, &spins);
+        let mut unknowns = list_unknowns(&dataset.settings_of_balls(), tracks, &spins);
         if unit != 1.0 {
             unknowns[Id::Scale as usize].prior = None;
         }
+        let loss = choices.loss.unwrap_or(dataset.loss);
         let block = FilmBlock {
             shots,
             spreads: first_spreads(dataset.side_sd),
-            contact: Contact::new(&modelling.model, &unknowns),
+            contact: Contact::new(&model, &unknowns),
             noise: [noise; 2],
             states_noise,
             scatters: [false; SCATTERED.len()],
-            loss: (modelling.loss != Loss::Squares).then(|| ShotLoss::new(modelling.loss, Id::OFFSETS.len())),
+            loss: (loss != Loss::Squares).then(|| ShotLoss::new(loss, Id::OFFSETS.len())),
         };
         Ok(Self { block, unknowns, own, names, left_out, findings, unit, middle })
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::shot::{Row, RowsChoices, RowsError};
+use super::shot::{Row, RowsError};
 use super::table::{Table, TableNoise, list_noises};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
@@ -15,7 +15,7 @@ use crate::problem::intervals::{Known, ParameterEstimate, Quantiles, determine, 
 use crate::problem::minimise::{
     Descent, ENOUGH_SHOTS, MAX_STEPS, descend, descend_from_grid, descend_with_noise,
 };
-use crate::problem::policy::{Policy, STALL};
+use crate::problem::policy::{Choices, Policy, STALL};
 use crate::problem::problem::{Evaluation, Problem, State};
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::{Estimates, robust_covariance};
@@ -46,11 +46,7 @@ impl RowsFit {
 ///
 /// # Errors
 /// See [`RowsError`].
-pub(crate) fn fit_rows(
-    dataset: &Dataset,
-    choices: &RowsChoices,
-    policy: &Policy,
-) -> Result<RowsFit, RowsError> {
+pub(crate) fn fit_rows(dataset: &Dataset, choices: &Choices, policy: &Policy) -> Result<RowsFit, RowsError> {
     let mut table = Table::new(dataset, choices)?;
     let mut descent = table.fit()?;
     let keep = judge_rows(&table.problem, &descent.end.state, policy);
@@ -131,7 +127,7 @@ fn integrate_spins(problem: &Problem, at: &Evaluation) -> Option<Evaluation> {
 fn finish(
     table: Table,
     (descent, others): (Descent, Vec<Evaluation>),
-    choices: &RowsChoices,
+    choices: &Choices,
     policy: &Policy,
 ) -> RowsFit {
     let Table { problem, names, left_out, settings, silent, findings } = table;

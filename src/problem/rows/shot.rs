@@ -1,11 +1,10 @@
 //! A shot of a table: its measured numbers and their errors.
 
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};
-use crate::measurement::loss::Loss;
 use crate::measurement::number::count_of;
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::spin::Spin;
-use crate::physics::collision::{Fidelity, NotACollision};
+use crate::physics::collision::NotACollision;
 use crate::problem::film::impact::Correction;
 use crate::problem::film::own::MOVING;
 use crate::problem::sums::OwnPrior;
@@ -182,17 +181,6 @@ fn read_inputs(shot: &Shot, speed_after: Option<Measured>) -> Result<[Input; INP
         Spin::Stun | Spin::NaturalRoll => [Input::exact(0.0); 3],
     };
     Ok([first, second, third, w_x, w_y, w_z])
-}
-
-/// Choices of the fit of a table that its data set does not state.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct RowsChoices {
-    /// How closely collisions are computed; `None`: as the data show.
-    pub(crate) fidelity: Option<Fidelity>,
-    /// How outlying shots count; `None`: as the data set states.
-    pub(crate) loss: Option<Loss>,
-    /// Whether intervals of profiles are left out.
-    pub(crate) without_profiles: bool,
 }
 
 /// Why a table cannot be fitted.

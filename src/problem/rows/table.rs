@@ -7,12 +7,11 @@ use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::block::{Pool, RowsBlock};
-use super::shot::{RowShot, RowsChoices, RowsError};
+use super::shot::{RowShot, RowsError};
 use crate::measurement::dataset::{Dataset, Measurement, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Parameter, Settings};
 use crate::numerics::EXACT;
-use crate::physics::collision::Fidelity;
 use crate::problem::block::Block;
 use crate::problem::film::dual::gradient;
 use crate::problem::film::impact::Contact;
@@ -21,7 +20,7 @@ use crate::problem::film::priors::list_contact;
 use crate::problem::findings::Finding;
 use crate::problem::minimise::{Descent, fit};
 use crate::problem::noise::MIN_DOF_OF_NOISE;
-use crate::problem::policy::Policy;
+use crate::problem::policy::{Choices, Policy};
 use crate::problem::problem::{Evaluation, Problem, Reduced, Sample, State, split_names};
 use crate::problem::sums::{Noise, NoiseSums};
 use crate::problem::uncertainty::Estimates;
@@ -54,7 +53,7 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    pub fn new(dataset: &Dataset, choices: &RowsChoices) -> Result<Self, RowsError> {
+    pub fn new(dataset: &Dataset, choices: &Choices) -> Result<Self, RowsError> {
         let settings = dataset.settings_of_balls();
         let mut unknowns = Unknown::list();
         list_contact(&mut unknowns, &settings);
@@ -62,7 +61,7 @@ impl Table {
             unknown.mode = Mode::Fixed;
         }
         // what an integrated fidelity differs by is an offset of each shot
-        let contact = Contact::new(&dataset.model(choices.fidelity.unwrap_or(Fidelity::Full)), &unknowns);
+        let contact = Contact::new(&choices.model(dataset), &unknowns);
         let usual = Shared::starts(&unknowns);
         let (mut rows, mut used) = (Vec::new(), Vec::new());
         let mut left_out = dataset.left_out.clone();
