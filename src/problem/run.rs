@@ -180,25 +180,7 @@ impl<'a> Run<'a> {
             }
             run.descent = descend_with_noise(&mut run.problem, state);
         }
-        run.leave_bounds();
         Ok(run)
-    }
-
-    /// Descends again from the priors of unknowns that ended on a bound, which may be another
-    /// minimum, and takes the lower end.
-    fn leave_bounds(&mut self) {
-        let mut state = self.descent.end.state.clone();
-        for (unknown, value) in self.problem.unknowns.iter().zip(&mut state.shared.0) {
-            if let Some(prior) = unknown.active_prior().filter(|_| unknown.bounds.contains(value)) {
-                *value = prior.mean;
-            }
-        }
-        if state.shared.0 != self.descent.end.state.shared.0 {
-            let other = self.problem.descend(state);
-            if other.end.cost < self.descent.end.cost {
-                self.descent = descend_with_noise(&mut self.problem, other.end.state);
-            }
-        }
     }
 
     /// Returns the fit without shots that are not as the others, as a fit of all shots with a
