@@ -5,7 +5,7 @@ use super::discs::block::DiscBlock;
 use super::film::block::FilmBlock;
 use super::film::impact::{Contact, Correction};
 use super::rows::block::RowsBlock;
-use super::sums::{Contribution, Noise, OwnPrior, Spread};
+use super::sums::{Contribution, Noise, Spread};
 use super::unknowns::{Own, Shared};
 
 /// The data of one sample.
@@ -31,16 +31,6 @@ impl Block {
         match self {
             Self::Film(film) => film.shots[i].spin.bounded(from, own),
             Self::Discs(_) | Self::Rows(_) => own,
-        }
-    }
-
-    /// Returns what is known of own unknowns of shot `i`, each with its place; the others have no
-    /// prior.
-    pub(crate) fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
-        match self {
-            Self::Film(film) => film.own_priors(&film.shots[i]),
-            Self::Discs(discs) => discs.own_priors(i),
-            Self::Rows(rows) => rows.shots[i].priors().collect(),
         }
     }
 

@@ -4,7 +4,7 @@
 
 use super::block::Block;
 use super::problem::{Eliminated, Evaluation, Problem, Reduced, Sample};
-use super::sums::{Noise, NoiseSums, Scattered, Spread};
+use super::sums::{Contribution, Noise, NoiseSums, Scattered, Spread};
 use super::uncertainty::Estimates;
 use crate::extraction::MIN_RHO;
 
@@ -104,8 +104,8 @@ fn count_spent(
     let shared = estimates.count_data(problem) / total.max(1.0);
     let spent_by_sample = |(number, sample): (usize, &Sample)| match &sample.block {
         Block::Rows(rows) => rows.leverages(at, (reduced, estimates), (number, sample)),
-        block => {
-            let part = count_own(block, &reduced.own[number]) / count(&sums[number]) + shared;
+        _ => {
+            let part = count_own(&at.shots[number], &reduced.own[number]) / count(&sums[number]) + shared;
             sums[number].iter().map(|sum| sum.count * part).collect()
         }
     };
@@ -150,18 +150,14 @@ fn restricted(problem: &Problem, at: &Evaluation, (sample, rho): (usize, f64), d
 
 /// Returns the number of own unknowns that the data determine: each counts by the part of its
 /// information that is not its prior's.
-fn count_own(block: &Block, own: &[Eliminated]) -> f64 {
-    let count_shot = |(i, own): (usize, &Eliminated)| {
-        let priors = block.own_priors(i);
+fn count_own(shots: &[Contribution], own: &[Eliminated]) -> f64 {
+    let count_shot = |(shot, own): (&Contribution, &Eliminated)| {
         let covariance = own.covariance();
-        let without_prior = (covariance.ncols() - priors.len()) as f64;
-        let with_prior = priors.into_iter().filter_map(|(place, prior)| {
-            let sd = prior.normal(block.spreads())?.sd;
-            Some((1.0 - covariance[(place, place)] / (sd * sd)).clamp(0.0, 1.0))
-        });
-        without_prior + with_prior.sum::<f64>()
+        let free = (0..shot.held.len()).filter(|place| !shot.held[*place]);
+        let of_data = |place: usize| (1.0 - covariance[(place, place)] * shot.known[place]).clamp(0.0, 1.0);
+        free.map(of_data).sum::<f64>()
     };
-    own.iter().enumerate().map(count_shot).sum()
+    shots.iter().zip(own).map(count_shot).sum()
 }
 
 /// Returns a spread from shot to shot: s² = (Σŝ² + w s₀²)/(Σ(1 − v/s²) + w), a step towards the

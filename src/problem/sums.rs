@@ -46,17 +46,6 @@ pub(crate) enum OwnPrior {
     Spread(usize),
 }
 
-impl OwnPrior {
-    /// Returns the distribution; `None` if the unknown is held.
-    pub fn normal(self, spreads: &[Spread]) -> Option<Normal> {
-        match self {
-            Self::Held => None,
-            Self::Stated(normal) => Some(normal),
-            Self::Spread(which) => spreads.get(which).map(|spread| Normal { mean: 0.0, sd: spread.sd }),
-        }
-    }
-}
-
 /// Sums over the numbers that have one noise in common.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct NoiseSums {
@@ -116,6 +105,8 @@ pub(crate) struct Contribution {
     pub(crate) sticks: bool,
     /// Own unknowns that are held.
     pub(crate) held: Vec<bool>,
+    /// Precision to which each own unknown is known without the data.
+    pub(crate) known: Vec<f64>,
     /// The numbers that scatter from shot to shot.
     pub(crate) scattered: Vec<Scattered>,
     /// `None` by least squares.
@@ -156,6 +147,7 @@ impl Contribution {
             noises: vec![NoiseSums::default(); noises],
             sticks: false,
             held: vec![false; own],
+            known: vec![0.0; own],
             scattered: Vec::new(),
             part: None,
         }
@@ -212,15 +204,23 @@ impl Contribution {
         by[place] = 1.0;
         match prior {
             OwnPrior::Held => self.held[place] = true,
-            OwnPrior::Stated(normal) => self.add_number(normal.pull(value), (by / normal.sd).as_slice()),
+            OwnPrior::Stated(normal) => self.add_stated((place, normal), value, &by),
             OwnPrior::Spread(spread) => self.add_scattered(Scattered { spread, place, value, by }, spreads),
         }
+    }
+
+    /// Adds what is stated of an own unknown, of which a number with these derivatives is a
+    /// measurement.
+    pub(crate) fn add_stated(&mut self, (place, normal): (usize, Normal), value: f64, by: &DVector<f64>) {
+        self.known[place] = normal.sd.powi(-2);
+        self.add_number(normal.pull(value), (by / normal.sd).as_slice());
     }
 
     /// Adds a number that scatters; own unknowns that are held must be known.
     pub(crate) fn add_scattered(&mut self, mut number: Scattered, spreads: &[Spread]) {
         number.by = self.without_held(number.by);
         let sd = spreads[number.spread].sd;
+        self.known[number.place] = sd.powi(-2);
         self.add_number(number.value / sd, (&number.by / sd).as_slice());
         self.scattered.push(number);
     }

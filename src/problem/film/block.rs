@@ -135,11 +135,6 @@ impl FilmBlock {
         std::array::from_fn(|i| (own::SCATTER + i, prior(i)))
     }
 
-    /// Returns what is known of own unknowns of a shot, each with its place.
-    pub(crate) fn own_priors(&self, shot: &FilmedShot) -> Vec<(usize, OwnPrior)> {
-        shot.spin.priors().into_iter().chain(self.contact_priors()).collect()
-    }
-
     fn add_frames(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> Contribution {
         let Ok(struck) = self.struck(shot, own, shared) else {
             return Contribution::impossible(OWN, PHYSICS + CAMERA, 2);

@@ -291,7 +291,7 @@ impl ShotSpin {
                 }
                 (OwnPrior::Stated(normal), _) => {
                     value -= through.shift(shared, &mut by);
-                    sums.add_number(normal.pull(value), (by / normal.sd).as_slice());
+                    sums.add_stated((place, normal), value, &by);
                 }
                 (prior, _) => sums.add_prior((place, prior), value, spreads),
             }
