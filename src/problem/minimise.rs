@@ -247,7 +247,7 @@ impl SumOfSquares for Moving<'_> {
         // a friction that frames tell no better than its bounds do would jump there
         let is_told = |column: &usize| {
             let [low, high] = problem.unknowns[*column].bounds;
-            let precision = reduced.products_of(*column) * (high - low).powi(2);
+            let precision = reduced.matrix(&[*column])[0] * (high - low).powi(2);
             reduced.informs(*column) && (problem.film().is_none() || precision > 1.0)
         };
         let moving: Vec<usize> = self.free.iter().copied().filter(is_told).collect();

@@ -2,7 +2,7 @@
 //! what the frames of the shot show. They are the residuals of a fit in the terms of the impact,
 //! and how they change with speed, cut or spin tests the model.
 
-use nalgebra::{DMatrix, DVector, Matrix4, Vector4, matrix};
+use nalgebra::{DMatrix, DVector, Matrix2, Matrix4, Vector2, Vector4, matrix};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::film::shots::VELOCITIES;
@@ -116,22 +116,17 @@ impl Solution {
         }
         // level and slope beside the free unknowns
         let mut beside = DMatrix::<f64>::zeros(count, 2);
-        let mut matrix = DMatrix::<f64>::zeros(2, 2);
-        let mut gradient = DVector::<f64>::zeros(2);
+        let (mut matrix, mut gradient) = (Matrix2::<f64>::zeros(), Vector2::<f64>::zeros());
         for i in used {
             let Some(score) = &scores[i] else { continue };
-            let factors = [1.0, variable[i] - mean];
-            for a in 0..2 {
-                gradient[a] += factors[a] * score.along;
-                for b in 0..2 {
-                    matrix[(a, b)] += factors[a] * factors[b] * score.square;
-                }
-                for (row, (column, _)) in own.iter().enumerate() {
-                    beside[(*column, a)] += factors[a] * score.beside[row];
-                }
+            let factors = Vector2::new(1.0, variable[i] - mean);
+            gradient += factors * score.along;
+            matrix += factors * factors.transpose() * score.square;
+            for ((column, _), by) in own.iter().zip(score.beside.iter()) {
+                beside.set_row(*column, &(beside.row(*column) + factors.transpose() * *by));
             }
         }
-        let left = &matrix - beside.tr_mul(&(&self.covariance.covariance * &beside));
+        let left = matrix - beside.tr_mul(&(&self.covariance.covariance * &beside));
         let (level, rise) = (left[(0, 0)], left[(1, 1)]);
         if !(rise > OWN_PART * matrix[(1, 1)]) {
             return None;

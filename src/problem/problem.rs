@@ -327,11 +327,6 @@ impl Reduced {
         self.products[(column, column)] > 0.0
     }
 
-    /// Returns half of d²χ²/dx² with respect to one unknown.
-    pub(crate) fn products_of(&self, column: usize) -> f64 {
-        self.products[(column, column)]
-    }
-
     /// Returns half of d²χ²/dx² with respect to the unknowns `columns`.
     pub fn matrix(&self, columns: &[usize]) -> DMatrix<f64> {
         DMatrix::from_fn(columns.len(), columns.len(), |i, j| {
