@@ -174,7 +174,7 @@ impl Joint<'_> {
             shots.any(|(information, _)| information[(0, 0)] > 0.0)
         };
         if !own.any(informs) {
-            return Err(if id == Id::Mu { "left-out/sticks" } else { "left-out/uncertain" });
+            return Err(if id == Id::Mu { "left-out/sticks" } else { "left-out/independent" });
         }
         // without any covariance, estimates stand without errors
         let has_error = |all: &Estimates| known_error(&self.solution.problem, all, column).is_some();

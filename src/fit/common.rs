@@ -19,8 +19,8 @@ use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::physics::collision::Fidelity;
 use crate::problem::{
-    Choices, Deviations, Estimates, Evaluation, Finding, Id, Known, Policy, Quantiles, RowsError,
-    ShotInfluence, Solution, TableNoise,
+    Choices, Deviations, Finding, FitEnd, Id, MANY_SHOTS, Policy, RowsError, ShiftScore, ShotInfluence,
+    Slope, Solution, TableNoise,
 };
 
 /// Shots that are listed by their influence whether they are influential or not, and at most.
@@ -32,23 +32,18 @@ const HARMLESS: f64 = 0.05;
 /// The end of a fit, and what follows from the kind of its data.
 pub(super) struct Fitted<'a> {
     pub(crate) request: Request<'a>,
-    pub(crate) settings: Settings,
-    pub(crate) solution: Arc<Solution>,
+    settings: Settings,
+    end: &'a FitEnd,
     pub(crate) deviations: Vec<Option<Deviations>>,
     pub(crate) estimates: Vec<Estimate>,
-    /// Covariance of the estimates.
-    pub(crate) errors: Estimates,
     /// Parameters of which combinations may be undetermined, and whose regions are drawn.
     pub(crate) combined: Vec<Parameter>,
-    pub(crate) drawn: Vec<Parameter>,
-    /// Noises that were estimated, with the degrees of freedom of the deviations of estimates.
-    pub(crate) noises: &'a [TableNoise],
-    pub(crate) dof_of_noise: Option<f64>,
+    drawn: Vec<Parameter>,
     /// χ² that is tested, its degrees of freedom, and whether its noise is stated.
     pub(crate) chi2: f64,
     pub(crate) dof: f64,
     pub(crate) is_stated: bool,
-    pub(crate) trends: Vec<Trend>,
+    trends: Vec<Trend>,
 }
 
 /// Returns the choices of a fit of balls.
@@ -67,15 +62,16 @@ pub(super) fn choices(request: &Request) -> Result<Choices, FitError> {
     }
 }
 
-impl Fitted<'_> {
+impl<'a> Fitted<'a> {
     /// Returns the fit without its remarks.
     pub fn fit(self) -> Fit {
         let Request { dataset, group, options, .. } = self.request;
         let goodness = self.goodness();
         let (rejected, robust, bootstrap) = (self.rejected(), self.robust(), self.bootstrap());
-        let Self { solution, estimates, combined, drawn, .. } = self;
+        let Self { end, estimates, combined, drawn, .. } = self;
+        let solution = Arc::clone(&end.solution);
         let id = |estimate: &Estimate| Id::from(estimate.parameter);
-        let covariance = solution.covariance_in(&self.errors, &estimates.iter().map(id).collect::<Vec<_>>());
+        let covariance = solution.covariance_in(&end.as_free, &estimates.iter().map(id).collect::<Vec<_>>());
         let value = |p: &Parameter| (Id::from(*p), solution.value(Id::from(*p)));
         let worst = solution.worst_direction(&combined.iter().map(value).collect::<Vec<_>>());
         let is_silent = |e: &&Estimate| e.status == Status::NotIdentified && !solution.is_informed(id(e));
@@ -100,7 +96,7 @@ impl Fitted<'_> {
             correlation: correlation(&estimates, &covariance),
             chi2: solution.chi2_of_data().0 + solution.prior_chi2(),
             dof: solution.dof(),
-            noise: noise_of(&residuals, self.noises),
+            noise: noise_of(&residuals, &end.noises),
             shots_rejected: rejected,
             disc_shots: Vec::new(),
             scatter: None,
@@ -115,7 +111,7 @@ impl Fitted<'_> {
                 goodness: Some(goodness),
                 robust,
                 bootstrap,
-                contours: contours(&solution, &self.errors, &drawn, self.dof_of_noise),
+                contours: contours(&solution, &end.as_free, &drawn, end.dof),
                 has_rival: estimates.iter().any(|estimate| estimate.includes_other_minimum),
                 suspicious: Vec::new(),
             },
@@ -145,7 +141,7 @@ impl Fitted<'_> {
         let distribution = FisherSnedecor::new(wanted, standardized.len() as f64 - wanted).ok();
         let influential_from = distribution.map(|f| f.inverse_cdf(0.5)).filter(|x| x.is_finite());
         Goodness {
-            counted: if self.solution.problem.film().is_some() {
+            counted: if self.end.solution.problem.film().is_some() {
                 Counted::Coordinates
             } else {
                 Counted::of(self.deviations.iter().flatten().flat_map(|found| &found.observables))
@@ -162,66 +158,73 @@ impl Fitted<'_> {
         }
     }
 
-    /// Returns the end of a fit of frames, with intervals for a scatter of these degrees of freedom
-    /// that extend to other minima.
-    pub fn of_frames<'a>(
+    /// Returns the end of a fit; `chance` gives the probability of a trend from its slope and the
+    /// scores of the shots.
+    pub fn new(
         request: Request<'a>,
         settings: &Settings,
-        solution: Arc<Solution>,
+        end: &'a FitEnd,
         deviations: Vec<Option<Deviations>>,
-        (dof_of_noise, others): (Option<f64>, &[Evaluation]),
-    ) -> Fitted<'a> {
-        let (chi2, observations) = solution.chi2_of_data();
-        let unknowns = solution.own_count() as f64 + solution.covariance.count_data(&solution.problem);
-        let undetermined = Parameter::ALL.into_iter().filter(|p| is_undetermined(&solution, settings, *p));
-        let known = Known {
-            solution: &solution,
-            as_free: &solution.covariance,
-            undetermined: undetermined.map(Id::from).collect(),
-            quantiles: Quantiles::new(dof_of_noise),
-            others,
-            profiles: request.options.depth >= Depth::Intervals && solution.weights().is_empty(),
+        chance: impl Fn(&Slope, &[Option<ShiftScore>]) -> Option<f64>,
+    ) -> Self {
+        let solution = &end.solution;
+        let estimates = end.estimates(&parameters(solution, settings), settings);
+        let is_informed = |e: &Estimate| solution.is_informed(Id::from(e.parameter));
+        let is_open =
+            |e: &&Estimate| matches!(e.status, Status::Free | Status::NotIdentified) && is_informed(e);
+        // also those at bounds, at which their regions end
+        let has_region = |e: &&Estimate| e.std_error.is_some() || e.is_at_bound();
+        let has_regions = end.knows_noise()
+            && !solution.problem.is_robust()
+            && !solution.is_refuted()
+            && solution.names[0].len() <= MANY_SHOTS;
+        let list = |some: Vec<&Estimate>| -> Vec<Parameter> {
+            some.into_iter().map(|e| e.parameter).filter(|p| !p.is_of_balls()).collect()
         };
-        let estimate = |p: Parameter| known.estimate(p).unless_uninformed(&settings[p]);
-        let mut fitted = Fitted {
-            errors: solution.covariance.clone(),
-            combined: Vec::new(),
-            drawn: Vec::new(),
-            noises: &[],
-            dof_of_noise,
+        let (chi2, dof) = if solution.is_film() {
+            let (chi2, observations) = solution.chi2_of_data();
+            let unknowns = solution.own_count() as f64 + solution.covariance.count_data(&solution.problem);
+            (chi2, (observations - unknowns).max(0.0))
+        } else {
+            (solution.at.cost, solution.dof() as f64)
+        };
+        let mut fitted = Self {
+            combined: list(estimates.iter().filter(is_open).collect()),
+            drawn: list(estimates.iter().filter(|e| has_regions && has_region(e)).collect()),
             chi2,
-            dof: (observations - unknowns).max(0.0),
-            is_stated: solution.states_noise(),
-            trends: trends(&solution, &deviations, |slope, _| Some(slope.p_value)),
-            estimates: parameters(&solution, settings).into_iter().map(estimate).collect(),
+            dof,
+            is_stated: solution.states_noise() && solution.weights().is_empty(),
+            trends: trends(solution, &deviations, chance),
             request,
             settings: *settings,
+            end,
             deviations,
-            solution: Arc::clone(&solution),
+            estimates,
         };
-        fitted.combined = fitted.contact();
-        fitted.drawn = fitted.contact();
+        if solution.is_film() {
+            (fitted.combined, fitted.drawn) = (fitted.contact(), fitted.contact());
+        }
         fitted
     }
 
     fn rejected(&self) -> Vec<Rejected> {
         let stated = &self.request.dataset.left_out;
         let what = if self.request.dataset.tracks.is_some() { "its frames do" } else { "it does" };
-        let lost = self.solution.findings.iter().filter_map(|finding| match finding {
+        let lost = self.end.solution.findings.iter().filter_map(|finding| match finding {
             Finding::LostShots { names } => Some(names),
             _ => None,
         });
         let reason = format!("{what} not fit the collision that the other shots fit");
         let lost = lost.flatten().map(|name| (name.clone(), reason.clone()));
-        let unstated = self.solution.left_out.iter().filter(|one| !stated.contains(one));
+        let unstated = self.end.solution.left_out.iter().filter(|one| !stated.contains(one));
         rejected(stated.iter().chain(unstated).cloned().chain(lost))
     }
 
     /// Returns the free parameters of the contact that have a standard error.
     pub fn contact(&self) -> Vec<Parameter> {
         let has_error =
-            |p: Parameter| self.solution.get(Id::from(p)).is_some_and(|own| own.std_error.is_some());
-        parameters(&self.solution, &self.settings)
+            |p: Parameter| self.end.solution.get(Id::from(p)).is_some_and(|own| own.std_error.is_some());
+        parameters(&self.end.solution, &self.settings)
             .into_iter()
             .filter(|p| has_error(*p) && !p.is_of_balls())
             .collect()
@@ -232,13 +235,13 @@ impl Fitted<'_> {
         let free = self.contact();
         let Request { options: Options { bootstrap: replicates, seed, .. }, done, .. } = self.request;
         let is_asked = *replicates > 0 && !free.is_empty();
-        is_asked.then(|| bootstrap::draw(&self.solution, &free, (*replicates, *seed), done))
+        is_asked.then(|| bootstrap::draw(&self.end.solution, &free, (*replicates, *seed), done))
     }
 
     /// Returns how a robust loss weighted the shots; `None` by least squares.
     fn robust(&self) -> Option<Robust> {
-        let weights = self.solution.weights();
-        let weights = self.solution.names[0].iter().cloned().zip(weights);
+        let weights = self.end.solution.weights();
+        let weights = self.end.solution.names[0].iter().cloned().zip(weights);
         let weights = weights.map(|(shot, weight)| Weight { shot, weight });
         let mut weights: Vec<Weight> = weights.filter(|shot| shot.weight < 1.0).collect();
         weights.sort_by(|a, b| a.weight.total_cmp(&b.weight));
@@ -249,7 +252,7 @@ impl Fitted<'_> {
 
     /// Returns the shots that move the estimates most.
     fn influence(&self, influential_from: Option<f64>) -> Vec<Influence> {
-        let solution = &self.solution;
+        let solution = &self.end.solution;
         let wanted: Vec<Id> = self.contact().into_iter().map(Id::from).collect();
         let Some(information) = solution.information(&wanted) else { return Vec::new() };
         let measure = |(name, found): (&String, Option<ShotInfluence>)| {
@@ -264,7 +267,8 @@ impl Fitted<'_> {
                 let error = solution.get(Id::from(p))?.std_error?;
                 Some((p, change(&Id::from(p)) / error))
             };
-            let shifts = parameters(&self.solution, &self.settings).into_iter().filter_map(shift).collect();
+            let shifts =
+                parameters(&self.end.solution, &self.settings).into_iter().filter_map(shift).collect();
             Influence { shot, leverage: found.leverage, cook, shifts }
         };
         let mut all: Vec<Influence> =
@@ -285,13 +289,6 @@ fn parameters(solution: &Solution, settings: &Settings) -> Vec<Parameter> {
         solution.value(Id::from(decides)) != 0.0 && !p.is_of_balls()
     };
     Parameter::ALL.into_iter().filter(|p| settings.has(*p) || extra(p)).collect()
-}
-
-/// Returns whether the frames of a film do not determine a parameter.
-pub(super) fn is_undetermined(solution: &Solution, settings: &Settings, parameter: Parameter) -> bool {
-    let id = Id::from(parameter);
-    let is_held = settings[parameter].fixed || !settings.has(parameter);
-    if solution.get(id).is_none() { !is_held } else { solution.is_undetermined(id) }
 }
 
 /// Returns a row for each observable, in the order of first appearance, with the noises that were

@@ -1,20 +1,18 @@
 //! The fit of films of discs as a [`Fit`].
 
-use std::sync::Arc;
-
 use minijinja::context;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::common::{Fitted, is_undetermined};
-use super::deviations::{trends, whiten};
+use super::common::Fitted;
+use super::deviations::whiten;
 use super::request::Request;
-use super::{Computed, Fit, FitError, Remark, Scatter, Status, doubts, film_words};
+use super::{Computed, Depth, Fit, FitError, Remark, Scatter, Status, doubts, film_words};
 use crate::measurement::observable::{Measured, Observable};
-use crate::measurement::parameter::{Parameter, Settings};
+use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity};
-use crate::problem::{Component, Deviations, DiscFit, Id, MUS, Policy, ShiftScore, Slope, fit_discs};
+use crate::problem::{Component, Deviations, DiscFit, FitEnd, Id, MUS, Policy, ShiftScore, Slope, fit_discs};
 
 /// Number of shots that show how much shots differ.
 const LEAST_SHOTS: usize = 3;
@@ -34,25 +32,19 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     }
     let disc_fit = fit_discs(&dataset, &Policy::default()).map_err(|error| request.of_film(error))?;
     let DiscFit { solution, impacts, .. } = &disc_fit;
-    let mut fitted = Fitted::of_frames(
-        Request { dataset: &dataset, ..request },
-        &dataset.settings,
-        Arc::new(solution.clone()),
-        deviations(&disc_fit, &dataset.settings),
-        (dof(&disc_fit), &disc_fit.others),
-    );
+    let shots = solution.names[0].len();
+    // a single shot shows no scatter
+    let dof = (shots > 1).then_some(shots as f64 - 1.0);
+    let (settings, profiles) = (&dataset.settings, request.options.depth >= Depth::Intervals);
+    let end = FitEnd::of_frames(solution.clone(), settings, (dof, disc_fit.others.clone()), profiles);
+    let deviations = deviations(&disc_fit, end.undetermined.contains(&Id::Mu));
+    let request = Request { dataset: &dataset, ..request };
+    let mut fitted = Fitted::new(request, settings, &end, deviations, chance);
     fitted.estimates.retain(|e| e.parameter != Parameter::MuS && !e.parameter.is_of_balls());
     let standardized: Vec<f64> = fitted.deviations.iter().flatten().flat_map(whiten).collect();
     let chi2 = standardized.iter().map(|x| x * x).sum();
     let dof = standardized.len().saturating_sub(fitted.combined.len());
-    let shots = solution.names[0].len();
-    fitted = Fitted {
-        chi2,
-        dof: dof as f64,
-        is_stated: false,
-        trends: trends(solution, &fitted.deviations, chance),
-        ..fitted
-    };
+    (fitted.chi2, fitted.dof, fitted.is_stated) = (chi2, dof as f64, false);
     let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
     let distance = discs.and_then(|discs| discs.radii).map(|[first, second]| first + second);
     let [restitution, impulse_ratio, ..] = disc_fit.scatter();
@@ -84,17 +76,16 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
 
 /// Returns e and J_t/J_n of the shots that were fitted, less the law; the tangent of a cut angle is
 /// the slip over the closing speed, 0 if that is not known.
-fn deviations(found: &DiscFit, settings: &Settings) -> Vec<Option<Deviations>> {
+fn deviations(found: &DiscFit, is_friction_unknown: bool) -> Vec<Option<Deviations>> {
     let DiscFit { solution, impacts, .. } = found;
     let scatter = found.scatter();
-    // a single shot does not show the law that J_t/J_n would deviate from
-    let is_law_shown = !is_undetermined(solution, settings, Parameter::Mu);
     let deviations = |name: &String| {
         let impact = impacts.iter().find(|impact| impact.name == *name)?;
         let closing = impact.get("closing_speed")?.value;
         let slip = impact.get("slip_ratio").map(|slip| slip.value);
         let e = solution.value(Id::E) - solution.value(Id::ESlope) * closing;
-        let slip_of_law = slip.filter(|_| is_law_shown);
+        // a single shot does not show the law that J_t/J_n would deviate from
+        let slip_of_law = slip.filter(|_| !is_friction_unknown);
         let ratio = slip_of_law.and_then(|slip| solution.impulse_ratio([closing, slip * closing]));
         let all = [
             (Observable::Restitution, "e", scatter[0], Some(e)),
@@ -120,12 +111,6 @@ fn deviations(found: &DiscFit, settings: &Settings) -> Vec<Option<Deviations>> {
         })
     };
     solution.names[0].iter().map(deviations).collect()
-}
-
-/// Returns the degrees of freedom of the scatter; `None` for a single shot, which shows none.
-fn dof(found: &DiscFit) -> Option<f64> {
-    let shots = found.solution.names[0].len();
-    (shots > 1).then_some(shots as f64 - 1.0)
 }
 
 /// Returns the probability of a slope by chance: the scatter that is stated includes a trend, that

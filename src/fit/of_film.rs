@@ -6,10 +6,10 @@ use super::common::{Fitted, choices};
 use super::film::FittedFilm;
 use super::film_words::DIFFERS;
 use super::request::Request;
-use super::{Fit, FitError, doubts, film_words};
+use super::{Depth, Fit, FitError, doubts, film_words};
 use crate::measurement::dataset::Shot;
 use crate::measurement::spin::Spin;
-use crate::problem::{Id, Policy, fit_film};
+use crate::problem::{FitEnd, Id, Policy, fit_film};
 
 /// Fits all frames of a film.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
@@ -27,8 +27,10 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
             Spin::Unknown => f64::NAN,
         };
     }
-    let solution = Arc::clone(&film.solution);
-    let fitted = Fitted::of_frames(request, &dataset.settings_of_balls(), solution, deviations, (None, &[]));
+    let settings = dataset.settings_of_balls();
+    let profiles = request.options.depth >= Depth::Intervals;
+    let end = FitEnd::of_frames(Arc::clone(&film.solution), &settings, (None, Vec::new()), profiles);
+    let fitted = Fitted::new(request, &settings, &end, deviations, |slope, _| Some(slope.p_value));
     let mut fit = Fit {
         sliding: film.shared(Id::MuK),
         rolling: film.shared(Id::MuR),

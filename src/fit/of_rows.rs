@@ -1,20 +1,16 @@
 //! The fit of a table as a [`Fit`].
 
-use std::sync::Arc;
-
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::common::{Fitted, choices};
-use super::deviations::trends;
 use super::request::Request;
-use super::{Estimate, Fit, FitError, Status, doubts};
+use super::{Fit, FitError, doubts};
 use crate::measurement::dataset::{Dataset, Shot};
 use crate::measurement::number::plain;
 use crate::measurement::observable::Observable;
-use crate::measurement::parameter::Parameter;
 use crate::physics::collision::{Coefficients, Fidelity};
 use crate::physics::friction_law::Law;
-use crate::problem::{Finding, Id, MANY_SHOTS, Policy, RowsFit, Slope, TableNoise, fit_rows, predict};
+use crate::problem::{Finding, FitEnd, Id, Policy, Slope, TableNoise, fit_rows, predict};
 
 /// Fits the shots of a table.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
@@ -22,40 +18,10 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let rows = fit_rows(dataset, &choices(&request)?, &Policy::default());
     let rows = rows.map_err(|error| request.of_rows(error))?;
     let solution = &rows.solution;
-    let mut estimates = rows.estimates.clone();
-    let kappa = solution.value(Id::Kappa);
-    if kappa != 0.0 && estimates.iter().all(|estimate| estimate.parameter != Parameter::Kappa) {
-        estimates.push(Estimate::bare(Parameter::Kappa, kappa, Status::Fixed));
-        estimates.sort_by_key(|estimate| estimate.parameter as usize);
-    }
-    let of_contact = |is_wanted: &dyn Fn(&Estimate) -> bool| -> Vec<Parameter> {
-        let all = estimates.iter().filter(|e| !e.parameter.is_of_balls() && is_wanted(e));
-        all.map(|e| e.parameter).collect()
-    };
-    let is_open = |e: &Estimate| matches!(e.status, Status::Free | Status::NotIdentified);
-    let has_regions = !solution.problem.is_robust()
-        && !solution.is_refuted()
-        && rows.knows_noise()
-        && dataset.shots.len() <= MANY_SHOTS;
     let deviations = solution.deviations();
     let has_topspin = deviations.iter().flatten().any(|found| found.spins[0] > 0.0);
-    let fitted = Fitted {
-        request,
-        settings: dataset.settings_of_balls(),
-        solution: Arc::new(solution.clone()),
-        errors: rows.as_free.clone(),
-        combined: of_contact(&|e| is_open(e) && solution.is_informed(Id::from(e.parameter))),
-        // also those at bounds, at which their regions end
-        drawn: of_contact(&|e| has_regions && (e.std_error.is_some() || e.is_at_bound())),
-        noises: &rows.noises,
-        dof_of_noise: rows.dof,
-        chi2: solution.chi2_of_all(),
-        dof: solution.dof() as f64,
-        is_stated: rows.noises.is_empty() && solution.weights().is_empty(),
-        trends: trends(solution, &deviations, |slope, _| chance(&rows, slope)),
-        deviations,
-        estimates,
-    };
+    let settings = dataset.settings_of_balls();
+    let fitted = Fitted::new(request, &settings, &rows, deviations, |slope, _| chance(&rows, slope));
     let mut fit = fitted.fit();
     for rejected in &mut fit.shots_rejected {
         let is_lost = |finding: &Finding| matches!(finding, Finding::LostShots { names } if names.contains(&rejected.shot));
@@ -74,7 +40,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
 }
 
 /// Returns which number of a shot is farthest from what the fit of the others predicts.
-fn worst(rows: &RowsFit, dataset: &Dataset, name: &str) -> Option<String> {
+fn worst(rows: &FitEnd, dataset: &Dataset, name: &str) -> Option<String> {
     let shot = dataset.shots.iter().find(|shot| shot.name == name)?;
     let value = |id: Id| rows.solution.value(id);
     let mut model = dataset.model(Fidelity::Full);
@@ -100,13 +66,13 @@ fn worst(rows: &RowsFit, dataset: &Dataset, name: &str) -> Option<String> {
 }
 
 /// Returns the noise of an observable, if it was estimated.
-fn noise_of(rows: &RowsFit, observable: Observable) -> Option<&TableNoise> {
+fn noise_of(rows: &FitEnd, observable: Observable) -> Option<&TableNoise> {
     rows.noises.iter().find(|noise| noise.pool.observables.contains(&observable))
 }
 
 /// Returns the probability of a slope by chance; the noise that is estimated from the same
 /// numbers is less without mean and slope.
-fn chance(rows: &RowsFit, slope: &Slope) -> Option<f64> {
+fn chance(rows: &FitEnd, slope: &Slope) -> Option<f64> {
     let Some(dof) = rows.dof else { return Some(slope.p_value) };
     if !rows.knows_noise() {
         return None;

@@ -1,5 +1,7 @@
 //! Estimates of parameters with their errors and 95 % intervals: what is determined, and how.
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 use statrs::distribution::{ContinuousCDF, Normal as Gauss, StudentsT};
 
@@ -8,6 +10,7 @@ use super::minimise::descend;
 use super::policy::{COMPARED_STEPS, STALL};
 use super::problem::{Evaluation, Problem, State};
 use super::profile::{DIFFERENT, EDGE};
+use super::rows::table::TableNoise;
 use super::solution::Solution;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode};
@@ -135,46 +138,65 @@ impl ParameterEstimate {
     }
 }
 
-/// Quantiles of the deviations of estimates in their standard errors.
-#[derive(Clone, Copy)]
-pub(crate) struct Quantiles {
-    /// Half width of a 95 % interval.
-    two_sided: f64,
-    /// Width of a 95 % interval from a bound.
-    one_sided: f64,
-}
-
-impl Quantiles {
-    /// Returns those of Student's t, or of the normal distribution if the noise is stated.
-    pub fn new(dof: Option<f64>) -> Option<Self> {
-        let at_quantiles =
-            |quantile: &dyn Fn(f64) -> f64| Self { two_sided: quantile(0.975), one_sided: quantile(0.95) };
-        match dof {
-            None => Some(at_quantiles(&|p| Gauss::standard().inverse_cdf(p))),
-            Some(dof) => StudentsT::new(0.0, 1.0, dof).ok().map(|t| at_quantiles(&|p| t.inverse_cdf(p))),
-        }
-    }
-}
-
-/// A minimum with all that estimates follow from.
-pub(crate) struct Known<'a> {
-    pub(crate) solution: &'a Solution,
+/// The end of a fit of data of any kind, with all that estimates follow from.
+pub(crate) struct FitEnd {
+    pub(crate) solution: Arc<Solution>,
     /// Covariance with unknowns at bounds taken for free.
-    pub(crate) as_free: &'a Estimates,
+    pub(crate) as_free: Estimates,
     /// Unknowns that the data do not determine.
     pub(crate) undetermined: Vec<Id>,
-    /// `None` if the noise is not known.
-    pub(crate) quantiles: Option<Quantiles>,
-    pub(crate) others: &'a [Evaluation],
+    /// Noises of tables that were estimated.
+    pub(crate) noises: Vec<TableNoise>,
+    /// Degrees of freedom of Student's t; `None` if all errors are stated.
+    pub(crate) dof: Option<f64>,
+    /// Other minima.
+    pub(crate) others: Vec<Evaluation>,
+    /// Whether intervals of profiles are wanted.
     pub(crate) profiles: bool,
 }
 
-impl Known<'_> {
+impl FitEnd {
+    /// Returns the end of a fit of frames, with intervals for a scatter of these degrees of freedom
+    /// that extend to other minima.
+    pub(crate) fn of_frames(
+        solution: impl Into<Arc<Solution>>,
+        settings: &Settings,
+        (dof, others): (Option<f64>, Vec<Evaluation>),
+        profiles: bool,
+    ) -> Self {
+        let solution = solution.into();
+        let undetermined = Parameter::ALL.into_iter().filter(|p| solution.is_undetermined(settings, *p));
+        Self {
+            as_free: solution.covariance.clone(),
+            undetermined: undetermined.map(Id::from).collect(),
+            noises: Vec::new(),
+            dof,
+            others,
+            profiles: profiles && solution.weights().is_empty(),
+            solution,
+        }
+    }
+
+    /// Returns whether the noise is stated or could be estimated.
+    pub(crate) fn knows_noise(&self) -> bool {
+        self.noises.iter().all(|noise| noise.is_known)
+    }
+
+    /// Returns a quantile of the deviations of estimates in their standard errors: of Student's t, or
+    /// of the normal distribution if the noise is stated; `None` if it is not known.
+    fn quantile(&self, probability: f64) -> Option<f64> {
+        match self.dof {
+            _ if !self.knows_noise() => None,
+            None => Some(Gauss::standard().inverse_cdf(probability)),
+            Some(dof) => Some(StudentsT::new(0.0, 1.0, dof).ok()?.inverse_cdf(probability)),
+        }
+    }
+
     /// Returns the estimates of some parameters; one at a bound that may as well be anywhere is not
     /// identified, unless others depend on it.
-    pub fn estimates(&self, settings: &Settings) -> Vec<ParameterEstimate> {
-        let all: Vec<ParameterEstimate> =
-            settings.parameters().into_iter().map(|parameter| self.estimate(parameter)).collect();
+    pub(crate) fn estimates(&self, parameters: &[Parameter], settings: &Settings) -> Vec<ParameterEstimate> {
+        let estimate = |parameter: &Parameter| self.estimate(*parameter, &settings[*parameter]);
+        let all: Vec<ParameterEstimate> = parameters.iter().map(estimate).collect();
         let hangs = |estimate: &ParameterEstimate| {
             let errors = estimate.std_error.zip(estimate.std_error_at_bound);
             errors.is_some_and(|(free, held)| (free - held).abs() > DIFFERENT * held)
@@ -186,8 +208,8 @@ impl Known<'_> {
     }
 
     /// Returns the estimate of a parameter with its intervals.
-    pub(crate) fn estimate(&self, parameter: Parameter) -> ParameterEstimate {
-        let (solution, id) = (self.solution, Id::from(parameter));
+    fn estimate(&self, parameter: Parameter, setting: &Setting) -> ParameterEstimate {
+        let (solution, id) = (&self.solution, Id::from(parameter));
         let (column, unknown) = (id as usize, solution.problem.unknown(id));
         let bare = |status: Status| ParameterEstimate::bare(parameter, solution.value(id), status);
         if self.undetermined.contains(&id) {
@@ -197,26 +219,30 @@ impl Known<'_> {
             return bare(Status::Fixed);
         }
         let [low, high] = unknown.bounds;
-        if let Some(quantiles) = self.quantiles
-            && let Some(value) = self.least_if_all_may_stick(column, quantiles.two_sided)
-        {
+        if let Some(value) = self.least_if_all_may_stick(column) {
             let interval_95 = Some([value, high]);
             let intervals = IntervalPair { hessian: None, profile: interval_95 };
             let bare = ParameterEstimate::bare(parameter, value, Status::Free);
             return ParameterEstimate { interval_95, intervals, ..bare };
         }
-        let edge = edge_of_saturation(&solution.problem, &solution.at, column);
-        let value = edge.unwrap_or_else(|| solution.value(id));
+        let edge = if solution.is_informed(id) {
+            Some(solution.value(id))
+        } else {
+            edge_of_saturation(&solution.problem, &solution.at, column)
+        };
+        let Some(value) = edge else {
+            return ParameterEstimate::bare(parameter, setting.initial, Status::NotIdentified);
+        };
         let status = match value {
             value if value == low => Status::AtLowerBound,
             value if value == high => Status::AtUpperBound,
             _ => Status::Free,
         };
         let without_error = ParameterEstimate::bare(parameter, value, status);
-        let Some(Quantiles { two_sided, one_sided }) = self.quantiles else { return without_error };
         let at_bounds = solution.covariance.sd(column);
         let std_error = at_bounds.and(self.as_free.sd(column));
-        let t = if std_error.is_some() { two_sided } else { one_sided };
+        let quantile = self.quantile(if std_error.is_some() { 0.975 } else { 0.95 });
+        let Some(t) = quantile else { return without_error };
         let ends = |sd: f64| [value - t * sd, value + t * sd].map(|end| end.clamp(low, high));
         let is_film = solution.problem.film().is_some();
         let hessian = std_error.map(ends).or_else(|| is_film.then(|| solution.limit_at_bound(id)).flatten());
@@ -254,12 +280,13 @@ impl Known<'_> {
 
     /// Returns the least value of the friction between balls that the frames of a film allow, if
     /// most contacts stick and all may: χ² is less than t² above its minimum at the greatest value.
-    fn least_if_all_may_stick(&self, column: usize, t: f64) -> Option<f64> {
+    fn least_if_all_may_stick(&self, column: usize) -> Option<f64> {
         let (problem, at) = (&self.solution.problem, &self.solution.at);
         let shots = at.shots.iter().map(Vec::len).sum::<usize>();
         if column != Id::Mu as usize || problem.film().is_none() || 2 * at.count_sticking() < shots {
             return None;
         }
+        let t = self.quantile(0.975)?;
         let others: Vec<usize> = problem.free().into_iter().filter(|other| *other != column).collect();
         let likely_at = |from: &State, value: f64| {
             let mut state = from.clone();
@@ -304,11 +331,8 @@ pub(super) fn errors_as_free(problem: &Problem, at: &Evaluation, undetermined: &
 }
 
 /// Returns the edge of the range of values of an unknown on which χ² does not depend, next to the
-/// values on which it does; `None` if χ² depends on the unknown at the minimum.
+/// values on which it does; `None` if it does on none.
 fn edge_of_saturation(problem: &Problem, at: &Evaluation, column: usize) -> Option<f64> {
-    if at.shots.iter().flatten().any(|shot| shot.slopes_by(column)) {
-        return None;
-    }
     let is_flat = |value: f64| {
         let mut state = at.state.clone();
         state.shared.0[column] = value;

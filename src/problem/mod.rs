@@ -56,13 +56,13 @@ pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
 pub(crate) use film::shots::{FittedFrame, Impact, OwnEstimate};
 pub(crate) use findings::{Finding, Severity};
 pub(crate) use identifiability::Combination;
-pub(crate) use intervals::{Known, MANY_SHOTS, MISLEADING, Quantiles};
+pub(crate) use intervals::{FitEnd, MANY_SHOTS, MISLEADING};
 pub use intervals::{ParameterEstimate, Status};
 pub(crate) use offsets::{ShiftScore, Slope};
 pub(crate) use policy::{Choices, Policy};
 pub(crate) use rows::prediction::Deviations;
 pub use rows::prediction::{Prediction, predict};
-pub(crate) use rows::run::{RowsFit, fit_rows, refutes};
+pub(crate) use rows::run::{fit_rows, refutes};
 pub use rows::shot::RowsError;
 #[cfg(feature = "io")]
 pub use rows::shot::Unpredictable;
@@ -97,10 +97,11 @@ mod tests {
     use super::rows::table::Table;
     use super::sums::Noise;
     use super::unknowns::{Own, Shared};
-    use super::{Choices, Id, ParameterEstimate, Policy, RowsFit, Status, fit_film, fit_rows};
+    use super::{Choices, FitEnd, Id, ParameterEstimate, Policy, Status, fit_film, fit_rows};
     use crate::io;
     use crate::measurement::dataset::{Before, Dataset};
     use crate::measurement::loss::Loss;
+    use crate::measurement::parameter::{Parameter, Settings};
     use crate::measurement::spin::Spin;
     use crate::measurement::track::{Sample, TrackShot};
     use crate::physics::ball::Ball;
@@ -131,12 +132,12 @@ mod tests {
         made("tracks", shots, r#""natural-roll""#, 0.05, [-50.0, 50.0], seed)
     }
 
-    fn fitted(dataset: &Dataset) -> RowsFit {
+    fn fitted(dataset: &Dataset) -> FitEnd {
         fit_rows(dataset, &FULL, &Policy::default()).unwrap()
     }
 
-    fn get(fit: &RowsFit, id: Id) -> ParameterEstimate {
-        *fit.estimates.iter().find(|estimate| Id::from(estimate.parameter) == id).unwrap()
+    fn get(fit: &FitEnd, parameter: Parameter) -> ParameterEstimate {
+        fit.estimates(&[parameter], &Settings::default())[0]
     }
 
     /// Checks that the gradient is half of the slope of χ², for these shared unknowns to one
@@ -258,9 +259,9 @@ mod tests {
             *speed = None;
         }
         let without = fitted(&dataset);
-        for id in [Id::Mu, Id::E] {
-            let (with, without) = (get(&with, id), get(&without, id));
-            assert!((with.value - without.value).abs() < without.std_error.unwrap(), "{}", id.name());
+        for parameter in [Parameter::Mu, Parameter::E] {
+            let (with, without) = (get(&with, parameter), get(&without, parameter));
+            assert!((with.value - without.value).abs() < without.std_error.unwrap(), "{}", parameter.name());
         }
     }
 
@@ -268,7 +269,7 @@ mod tests {
     /// which its interval holds.
     #[test]
     fn contacts_that_all_stick_give_the_edge_of_their_range() {
-        let mu = get(&fitted(&made("impacts", 20, r#""stun""#, 0.3, [-8.0, 8.0], 7)), Id::Mu);
+        let mu = get(&fitted(&made("impacts", 20, r#""stun""#, 0.3, [-8.0, 8.0], 7)), Parameter::Mu);
         let [low, high] = mu.interval_95.unwrap();
         assert!(mu.std_error.is_none() && mu.value < 0.2 && low < mu.value && high == 0.5, "{mu:?}");
         assert_ne!(mu.status, Status::NotIdentified);

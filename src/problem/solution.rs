@@ -14,6 +14,7 @@ use super::problem::{Evaluation, Problem, Sample, State};
 use super::sums::{Contribution, Noise};
 use super::uncertainty::{Estimates, Share};
 use super::unknowns::{Id, Mode, Normal};
+use crate::measurement::parameter::{Parameter, Settings};
 
 /// The estimate of a shared unknown.
 #[derive(Clone, Copy, Debug)]
@@ -222,11 +223,6 @@ impl Solution {
         Some([x.min(limit), x.max(limit)])
     }
 
-    /// Returns χ² of everything: data, own unknowns and priors.
-    pub(crate) fn chi2_of_all(&self) -> f64 {
-        self.at.cost
-    }
-
     /// Returns −2 log L up to a constant, greatest over the noises that are not stated, and the
     /// number of unknowns and noises that were estimated.
     pub fn minus_two_log(&self) -> (f64, usize) {
@@ -241,7 +237,7 @@ impl Solution {
         let count_data = |(number, sample): (usize, &Sample)| match &sample.block {
             Block::Rows(rows) => {
                 let chi2 = self.at.shots[number].iter().map(|shot| shot.cost).sum::<f64>();
-                (chi2, rows.shots.iter().map(|shot| shot.rows.len()).sum::<usize>() as f64)
+                (chi2, rows.count_numbers() as f64)
             }
             _ => {
                 let sums = self.at.noises(number);
@@ -274,14 +270,12 @@ impl Solution {
     /// unknown counts as a number, too.
     pub fn dof(&self) -> usize {
         let numbers = self.chi2_of_data().1.round() as usize;
-        let has_prior = |column: &&usize| self.problem.unknowns[**column].active_prior().is_some();
-        let shared = self.covariance.columns.iter().filter(|column| !has_prior(column)).count();
-        numbers.saturating_sub(self.own_count() + shared)
+        numbers.saturating_sub(self.own_count() + self.covariance.count_without_prior(&self.problem))
     }
 
     /// Returns whether the noise of all data is stated.
     pub fn states_noise(&self) -> bool {
-        self.problem.film().is_some_and(|film| film.states_noise)
+        self.problem.samples.iter().all(|sample| !sample.block.estimates_noise())
     }
 
     /// Returns the weight of each shot of the first sample by a robust loss; an empty list by least
@@ -317,14 +311,16 @@ impl Solution {
         shots.map(|((shot, own), name)| (name.clone(), shot.spin.topspin_of(own))).collect()
     }
 
-    /// Returns whether the data do not determine a wanted unknown: a finding says so, or the error
-    /// of μ_s is more than half of what it is known to without them.
-    pub(crate) fn is_undetermined(&self, id: Id) -> bool {
-        let is_of = |finding: &Finding| matches!(finding, Finding::Undetermined { id: of, .. } if *of == id);
-        let is_prior = |estimate: Estimate| {
-            estimate.prior.zip(estimate.std_error).is_some_and(|(prior, sd)| sd > 0.5 * prior.sd)
+    /// Returns whether the frames of a film do not determine a parameter: a finding says so, or the
+    /// error of μ_s is more than half of what it is known to without them.
+    pub(crate) fn is_undetermined(&self, settings: &Settings, parameter: Parameter) -> bool {
+        let id = Id::from(parameter);
+        let Some(estimate) = self.get(id) else {
+            return settings.has(parameter) && !settings[parameter].fixed;
         };
-        self.findings.iter().any(is_of) || id == Id::MuS && self.get(id).is_some_and(is_prior)
+        let is_of = |finding: &Finding| matches!(finding, Finding::Undetermined { id: of, .. } if *of == id);
+        let is_prior = estimate.prior.zip(estimate.std_error).is_some_and(|(prior, sd)| sd > 0.5 * prior.sd);
+        self.findings.iter().any(is_of) || id == Id::MuS && is_prior
     }
 
     /// Returns whether the data contradict the model.

@@ -98,6 +98,11 @@ impl Estimates {
         (left, gradient.rows(n, count) - answer.tr_mul(&gradient.rows(0, n)))
     }
 
+    /// Returns the number of unknowns without a prior.
+    pub(crate) fn count_without_prior(&self, problem: &Problem) -> usize {
+        self.columns.iter().filter(|column| problem.unknowns[**column].active_prior().is_none()).count()
+    }
+
     /// Returns the number of unknowns that the data determine: each counts by the part of its
     /// information that is not its prior's.
     pub(crate) fn count_data(&self, problem: &Problem) -> f64 {

@@ -73,6 +73,11 @@ impl RowsBlock {
         self
     }
 
+    /// Returns the number of measured numbers after the impacts.
+    pub(crate) fn count_numbers(&self) -> usize {
+        self.shots.iter().map(|shot| shot.rows.len()).sum()
+    }
+
     /// Takes shots instead of all; one may be taken several times.
     pub fn take(&mut self, indices: &[usize]) {
         self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());

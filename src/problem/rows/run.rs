@@ -1,9 +1,11 @@
 //! The fit of a table from beginning to end.
 
+use std::sync::Arc;
+
 use nalgebra::DVector;
 
 use super::shot::{Row, RowsError};
-use super::table::{Table, TableNoise, list_noises};
+use super::table::{Table, list_noises};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
 use crate::numerics::EXACT;
@@ -11,7 +13,7 @@ use crate::problem::effects::choose_effects;
 use crate::problem::false_shots::{Squares, candidates, judge, tail};
 use crate::problem::film::causes::{self, Refit};
 use crate::problem::findings::Finding;
-use crate::problem::intervals::{Known, ParameterEstimate, Quantiles, determine, errors_as_free};
+use crate::problem::intervals::{FitEnd, determine, errors_as_free};
 use crate::problem::minimise::{
     Descent, ENOUGH_SHOTS, MAX_STEPS, descend, descend_from_grid, descend_with_noise,
 };
@@ -24,29 +26,11 @@ use crate::problem::unknowns::{Id, Mode};
 /// Distance from a bound within which a search ends at it but for rounding.
 const BESIDE: f64 = 1e-9;
 
-/// The fit of a table.
-pub(crate) struct RowsFit {
-    pub(crate) solution: Solution,
-    pub(crate) estimates: Vec<ParameterEstimate>,
-    pub(crate) noises: Vec<TableNoise>,
-    /// Degrees of freedom of Student's t; `None` if all errors are stated.
-    pub(crate) dof: Option<f64>,
-    /// Covariance with unknowns at bounds taken for free.
-    pub(crate) as_free: Estimates,
-}
-
-impl RowsFit {
-    /// Returns whether the noise is stated or could be estimated.
-    pub(crate) fn knows_noise(&self) -> bool {
-        self.noises.iter().all(|noise| noise.is_known)
-    }
-}
-
 /// Fits the shots of a table.
 ///
 /// # Errors
 /// See [`RowsError`].
-pub(crate) fn fit_rows(dataset: &Dataset, choices: &Choices, policy: &Policy) -> Result<RowsFit, RowsError> {
+pub(crate) fn fit_rows(dataset: &Dataset, choices: &Choices, policy: &Policy) -> Result<FitEnd, RowsError> {
     let mut table = Table::new(dataset, choices)?;
     let mut descent = table.fit()?;
     let keep = judge_rows(&table.problem, &descent.end.state, policy);
@@ -58,7 +42,7 @@ pub(crate) fn fit_rows(dataset: &Dataset, choices: &Choices, policy: &Policy) ->
         descent = descend_with_noise(&mut table.problem, descent.end.state);
     }
     let is_auto = choices.fidelity.is_none();
-    let how = (is_auto, table.settings.compliance);
+    let how = (is_auto, dataset.settings.compliance);
     let effects = choose_effects(&mut table.problem, &mut descent, how, policy);
     table.findings.extend(effects);
     if let Some(explained) = explain(&table, &descent.end, policy).filter(|_| is_auto) {
@@ -129,8 +113,8 @@ fn finish(
     (descent, others): (Descent, Vec<Evaluation>),
     choices: &Choices,
     policy: &Policy,
-) -> RowsFit {
-    let Table { problem, names, left_out, settings, silent, findings } = table;
+) -> FitEnd {
+    let Table { problem, names, left_out, findings } = table;
     let (mut covariance, undetermined) = determine(&problem, &descent.end);
     let noises = list_noises(&problem, &descent.end, &covariance);
     let is_robust = problem.is_robust();
@@ -148,17 +132,15 @@ fn finish(
     }
     let as_free = errors_as_free(&solution.problem, &solution.at, &undetermined).filter(|_| !is_robust);
     let as_free = as_free.unwrap_or_else(|| solution.covariance.clone());
-    let knows_noise = noises.iter().all(|noise| noise.is_known);
-    let known = Known {
-        as_free: &as_free,
-        solution: &solution,
-        undetermined: undetermined.into_iter().chain(silent).collect(),
-        quantiles: Quantiles::new(dof).filter(|_| knows_noise),
-        others: &others,
+    FitEnd {
+        as_free,
+        solution: Arc::new(solution),
+        undetermined,
+        noises,
+        dof,
+        others,
         profiles: !(choices.without_profiles || is_robust || refuted.is_some()),
-    };
-    let estimates = known.estimates(&settings);
-    RowsFit { solution, estimates, noises, dof, as_free }
+    }
 }
 
 /// Returns the refit with what explains residuals that the stated errors do not: another ratio of
@@ -166,9 +148,10 @@ fn finish(
 fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     let mut wider = table.problem.clone();
     let rows = wider.rows()?;
-    let chance = tail(at.cost, Table::dof(&wider));
+    let estimates = Estimates::new(&wider, at)?;
+    let chance = tail(at.cost, rows.count_numbers() as f64 - estimates.count_without_prior(&wider) as f64);
     let is_stated = rows.noises.is_empty() && rows.loss == Loss::Squares;
-    let conflicts = Estimates::new(&wider, at)?.suspects(&wider, at);
+    let conflicts = estimates.suspects(&wider, at);
     let is_contradicted = conflicts.iter().any(|conflict| conflict.size.abs() > policy.conflict);
     if !is_stated || (chance > policy.shot_tail && !is_contradicted) {
         return None;

@@ -10,7 +10,6 @@ use super::block::{Pool, RowsBlock};
 use super::shot::{RowShot, RowsError};
 use crate::measurement::dataset::{Dataset, Measurement, Shot};
 use crate::measurement::observable::Observable;
-use crate::measurement::parameter::{Parameter, Settings};
 use crate::numerics::EXACT;
 use crate::problem::block::Block;
 use crate::problem::film::dual::gradient;
@@ -46,9 +45,6 @@ pub(crate) struct Table {
     pub(crate) names: Vec<String>,
     /// Names and reasons of the others.
     pub(crate) left_out: Vec<(String, String)>,
-    pub(crate) settings: Settings,
-    /// Unknowns that no number depends on.
-    pub(crate) silent: Vec<Id>,
     pub(crate) findings: Vec<Finding>,
 }
 
@@ -87,13 +83,17 @@ impl Table {
         block.group_noises(|_| false);
         let problem = Problem::of_one(Block::Rows(block), unknowns);
         let names = used.iter().map(|shot| shot.name.clone()).collect();
-        let mut table = Self { problem, names, left_out, settings, silent: Vec::new(), findings: Vec::new() };
-        table.hold_silent();
-        let (numbers, unknowns) = Self::count(&table.problem);
+        let mut table = Self { problem, names, left_out, findings: Vec::new() };
+        let at = table.problem.evaluate(table.start());
+        let is_informed = |id: &Id| at.shots[0].iter().any(|shot| shot.slopes_by(*id as usize));
+        let free = table.problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free);
+        let without_prior = free.filter(|unknown| unknown.prior.is_none()).map(|unknown| unknown.id);
+        let unknowns: Vec<Id> = without_prior.filter(is_informed).collect();
+        let numbers = table.problem.rows().map_or(0, RowsBlock::count_numbers);
         if numbers < unknowns.len() {
             return Err(RowsError::TooFewNumbers { numbers, unknowns });
         }
-        table.guess_noise();
+        table.guess_noise(&at);
         Ok(table)
     }
 
@@ -109,56 +109,9 @@ impl Table {
         fit(&mut self.problem, &start).ok_or(RowsError::NoStart)
     }
 
-    /// Holds unknowns without a prior that no number depends on at any friction: with much
-    /// every contact sticks, with little all slide.
-    fn hold_silent(&mut self) {
-        const LITTLE: f64 = 1e-3;
-        let mut informed = vec![false; self.problem.unknowns.len()];
-        for part in [Some(LITTLE), None, Some(1.0)] {
-            let mut state = self.start();
-            for id in [Id::Mu, Id::FallB] {
-                let unknown = self.problem.unknown(id);
-                if let Some(part) = part.filter(|_| unknown.mode == Mode::Free) {
-                    let [low, high] = unknown.bounds;
-                    state.shared[id] = low + part * (high - low);
-                }
-            }
-            for shot in &self.problem.evaluate(state).shots[0] {
-                for (column, informed) in informed.iter_mut().enumerate() {
-                    *informed |= shot.slopes_by(column);
-                }
-            }
-        }
-        for (unknown, informed) in self.problem.unknowns.iter_mut().zip(informed) {
-            if unknown.mode == Mode::Free && unknown.prior.is_none() && !informed {
-                unknown.mode = Mode::Fixed;
-                let mut parameters = Parameter::ALL.into_iter();
-                if let Some(parameter) = parameters.find(|parameter| Id::from(*parameter) == unknown.id) {
-                    unknown.start = self.settings[parameter].initial;
-                }
-                self.silent.push(unknown.id);
-            }
-        }
-    }
-
-    /// Returns the number of observations and the free
-    /// unknowns without a prior.
-    fn count(problem: &Problem) -> (usize, Vec<Id>) {
-        let free = problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free);
-        let unknowns = free.filter(|unknown| unknown.prior.is_none()).map(|unknown| unknown.id);
-        let numbers = problem.rows().map_or(0, |rows| rows.shots.iter().map(|shot| shot.rows.len()).sum());
-        (numbers, unknowns.collect())
-    }
-
-    /// Returns the degrees of freedom of χ².
-    pub fn dof(problem: &Problem) -> f64 {
-        let (numbers, unknowns) = Self::count(problem);
-        numbers as f64 - unknowns.len() as f64
-    }
-
     /// Sets the noises to a part of the first residuals.
-    fn guess_noise(&mut self) {
-        let sums = self.problem.evaluate(self.start()).noises(0);
+    fn guess_noise(&mut self, at: &Evaluation) {
+        let sums = at.noises(0);
         let Some(rows) = self.problem.rows_mut() else { return };
         for ((sum, pool), noise) in sums.iter().zip(&mut rows.pools).zip(&mut rows.noises) {
             let rms = (sum.weighted / sum.count.max(1.0)).sqrt();
