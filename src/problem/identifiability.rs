@@ -102,7 +102,7 @@ impl Solution {
     /// values, the other free ones eliminated; `None` of fewer than two, or if the others are not
     /// determined.
     pub(crate) fn worst_direction(&self, unknowns: &[(Id, f64)]) -> Option<Combination> {
-        let reduced = self.at.eliminate(&self.problem, 0.0)?;
+        let reduced = self.at.eliminate(&self.problem)?;
         let wanted: Vec<usize> = unknowns.iter().map(|(id, _)| *id as usize).collect();
         let mut others = self.problem.inside(&self.at.state);
         others.retain(|column| !wanted.contains(column));

@@ -243,7 +243,7 @@ impl SumOfSquares for Moving<'_> {
 
     fn step(&self, at: &Evaluation, damping: f64) -> Option<Step<State>> {
         let problem = self.problem;
-        let reduced = at.eliminate(problem, damping)?;
+        let reduced = at.eliminate(problem)?;
         // a friction that frames tell no better than its bounds do would jump there
         let is_told = |column: &usize| {
             let [low, high] = problem.unknowns[*column].bounds;
@@ -256,16 +256,19 @@ impl SumOfSquares for Moving<'_> {
             .map(|column| problem.unknowns[*column].bounds.map(|bound| bound - at.state.shared.0[*column]))
             .collect();
         // ½ sᵀLLᵀs + gᵀs = ½ ‖Lᵀs + L⁻¹g‖² + a constant
-        let factor = reduced.matrix(&moving).cholesky()?.unpack();
+        let mut matrix = reduced.matrix(&moving);
+        matrix.set_diagonal(&(matrix.diagonal() * (1.0 + damping)));
+        let factor = matrix.cholesky()?.unpack();
         let residual = factor.solve_lower_triangular(&reduced.gradient(&moving))?;
         let step = step_within_bounds(&factor.transpose(), &residual, &room)?;
-        let mut end = reduced.step(problem, &at.state, &moving, &step);
+        let follow = (1.0 + damping).recip();
+        let mut end = reduced.step(problem, &at.state, (&moving, &step), follow);
         for ((column, by), room) in moving.iter().zip(step.iter()).zip(&room) {
             if let Some(side) = room.iter().position(|room| room == by) {
                 // x + (b − x) is rounded
                 end.shared.0[*column] = problem.unknowns[*column].bounds[side];
             }
         }
-        Some(Step { end, promise: reduced.promise(&moving, &step) })
+        Some(Step { end, promise: reduced.promise(&moving, &step, follow) })
     }
 }

@@ -23,7 +23,7 @@ const SPREAD_STEP: f64 = 3.0;
 
 /// Sets noise and spreads to what the residuals at `at` show; returns whether they have settled.
 pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
-    let Some(reduced) = at.eliminate(problem, 0.0) else { return true };
+    let Some(reduced) = at.eliminate(problem) else { return true };
     let Some(estimates) = Estimates::of_reduced(problem, &at.state, &reduced) else { return true };
     let sums: Vec<Vec<NoiseSums>> = (0..problem.samples.len()).map(|sample| at.noises(sample)).collect();
     let spent = count_spent(problem, at, (&reduced, &estimates), &sums);
@@ -143,7 +143,7 @@ fn restricted(problem: &Problem, at: &Evaluation, (sample, rho): (usize, f64), d
         noise.rho = rho;
     }
     let there = other.evaluate(at.state.clone());
-    let (least, of_unknowns) = there.eliminate(&other, 0.0)?.least(&other.free())?;
+    let (least, of_unknowns) = there.eliminate(&other)?.least(&other.free())?;
     let ln_determinant: f64 = there.noises(sample).iter().map(|sum| sum.ln_determinant).sum();
     Some(dof * least.ln() + ln_determinant + of_unknowns)
 }

@@ -265,9 +265,8 @@ impl Evaluation {
         sums
     }
 
-    /// Eliminates the own unknowns, their diagonals and those of the shared ones raised by
-    /// `damping`. `None` if a shot does not determine one of its unknowns.
-    pub(crate) fn eliminate(&self, problem: &Problem, damping: f64) -> Option<Reduced> {
+    /// Eliminates the own unknowns. `None` if a shot does not determine one of its unknowns.
+    pub(crate) fn eliminate(&self, problem: &Problem) -> Option<Reduced> {
         let last = self.priors.len();
         let mut products = DMatrix::zeros(last + 1, last + 1);
         let mut squares = 0.0;
@@ -278,8 +277,6 @@ impl Evaluation {
             let mut sum = DMatrix::zeros(shared + 1, shared + 1);
             let mut eliminated = Vec::with_capacity(shots.len());
             for shot in shots {
-                let raised = (damping > 0.0).then(|| shot.raised(damping));
-                let shot = raised.as_ref().unwrap_or(shot);
                 let first = shot.held.len();
                 sum += shot.products.view((first, first), (shared + 1, shared + 1));
                 squares += shot.products[(first + shared, first + shared)];
@@ -307,9 +304,6 @@ impl Evaluation {
                 products[(last, last)] += pull * pull;
                 squares += pull * pull;
             }
-        }
-        for i in 0..last {
-            products[(i, i)] *= 1.0 + damping;
         }
         let columns = problem.samples.iter().map(|sample| sample.columns).collect();
         let is_finite = products.iter().all(|x: &f64| x.is_finite());
@@ -341,10 +335,11 @@ impl Reduced {
     }
 
     /// Returns the decrease of a quadratic χ² with a step of the unknowns `columns` that the own
-    /// ones follow.
-    pub fn promise(&self, columns: &[usize], step: &DVector<f64>) -> f64 {
+    /// ones follow, these by the part `follow` of their way to the minimum.
+    pub fn promise(&self, columns: &[usize], step: &DVector<f64>, follow: f64) -> f64 {
         let shared = 2.0 * self.gradient(columns).dot(step) + step.dot(&(self.matrix(columns) * step));
-        self.squares - self.products[(self.last(), self.last())] - shared
+        let own = self.squares - self.products[(self.last(), self.last())];
+        follow * (2.0 - follow) * own - shared
     }
 
     /// Returns the least value of a quadratic χ² over these unknowns and all own ones, and the
@@ -369,8 +364,15 @@ impl Reduced {
         by
     }
 
-    /// Returns the state after a step of the unknowns `columns`, the own ones following.
-    pub fn step(&self, problem: &Problem, from: &State, columns: &[usize], by: &DVector<f64>) -> State {
+    /// Returns the state after a step of the unknowns `columns`, the own ones following by a part of
+    /// their way to the minimum.
+    pub fn step(
+        &self,
+        problem: &Problem,
+        from: &State,
+        (columns, by): (&[usize], &DVector<f64>),
+        follow: f64,
+    ) -> State {
         let mut state = from.clone();
         for (column, by) in columns.iter().zip(by.iter()) {
             state.shared.0[*column] += by;
@@ -383,7 +385,8 @@ impl Reduced {
             state.own[s].par_iter_mut().enumerate().for_each(|(i, own)| {
                 let response = &self.own[s][i].response;
                 let last = response.ncols() - 1;
-                let moved = &*own - response.columns(0, last) * step.rows(0, last) - response.column(last);
+                let moved =
+                    &*own - response.columns(0, last) * step.rows(0, last) - response.column(last) * follow;
                 *own = sample.block.bounded(i, own, moved);
             });
         }

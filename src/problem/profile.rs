@@ -141,7 +141,7 @@ fn reach<const N: usize>(
 /// Returns the evaluation at these values of some unknowns, which the others follow to first order
 /// from a minimum.
 fn follow(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Option<Evaluation> {
-    let reduced = from.eliminate(problem, 0.0)?;
+    let reduced = from.eliminate(problem)?;
     let is_moving = |column: &usize| reduced.informs(*column) && held.iter().all(|(held, _)| held != column);
     let moving: Vec<usize> = problem.free().into_iter().filter(is_moving).collect();
     let columns = held.iter().map(|(column, _)| *column);
@@ -157,7 +157,7 @@ fn follow(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Option
         *step = (x + *step).clamp(low, high) - x;
     }
     let step = DVector::from_iterator(n + count, step.iter().chain(by.iter()).copied());
-    let mut state = reduced.step(problem, &from.state, &all, &step);
+    let mut state = reduced.step(problem, &from.state, (&all, &step), 1.0);
     for (column, value) in held {
         state.shared.0[*column] = *value;
     }

@@ -207,7 +207,7 @@ impl Solution {
         if unknown.mode != Mode::Free || !unknown.bounds.contains(&x) {
             return None;
         }
-        let reduced = self.at.eliminate(&self.problem, 0.0)?;
+        let reduced = self.at.eliminate(&self.problem)?;
         let (bend, _) = self.covariance.condition(&reduced, &[column]);
         let (bend, slope) = (bend[0], (inward * reduced.gradient(&[column])[0]).max(0.0));
         // the minimum of χ² lies s/√b standard errors beyond the bound

@@ -255,23 +255,6 @@ impl Contribution {
         }
     }
 
-    /// Returns the sums with the squares of the own unknowns raised by `damping`; of those that
-    /// scatter about what all shots share, the squares of the difference are raised.
-    pub(crate) fn raised(&self, damping: f64) -> Self {
-        let mut raised = self.clone();
-        let last = self.products.ncols() - 1;
-        for place in 0..self.held.len() {
-            let by = damping * self.products[(place, place)];
-            match self.scattered.iter().find(|number| number.place == place) {
-                None => raised.products[(place, place)] += by,
-                Some(Scattered { by: row, .. }) => {
-                    raised.products.view_mut((0, 0), (last, last)).ger(by, row, row, 1.0);
-                }
-            }
-        }
-        raised
-    }
-
     /// Returns the normal matrix of the own unknowns and the columns beside it. Held unknowns are
     /// decoupled.
     pub(crate) fn own_system(&self) -> (DMatrix<f64>, DMatrix<f64>) {

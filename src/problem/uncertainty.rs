@@ -41,7 +41,7 @@ pub(crate) struct Share {
 impl Estimates {
     /// Returns the covariance at a minimum; `None` if the frames do not determine an unknown.
     pub fn new(problem: &Problem, at: &Evaluation) -> Option<Self> {
-        Self::of_reduced(problem, &at.state, &at.eliminate(problem, 0.0)?)
+        Self::of_reduced(problem, &at.state, &at.eliminate(problem)?)
     }
 
     pub(crate) fn of_reduced(problem: &Problem, state: &State, reduced: &Reduced) -> Option<Self> {
@@ -135,7 +135,7 @@ impl Estimates {
 
     /// Returns each tested unknown and each prior against what the data show without it.
     pub(crate) fn suspects(&self, problem: &Problem, at: &Evaluation) -> Vec<Suspect> {
-        let reduced = at.eliminate(problem, 0.0);
+        let reduced = at.eliminate(problem);
         let suspect = |(column, unknown): (usize, &Unknown)| {
             let (id, x) = (unknown.id, at.state.shared.0[column]);
             if unknown.mode == Mode::Tested {

@@ -221,7 +221,7 @@ fn list_impacts(
     policy: &Policy,
 ) -> Result<Vec<DiscImpact>, FilmError> {
     let (block, end) = (solution.problem.discs().ok_or(FilmError::NoFilm)?, &solution.at);
-    let reduced = end.eliminate(&solution.problem, 0.0).ok_or(FilmError::Undetermined)?;
+    let reduced = end.eliminate(&solution.problem).ok_or(FilmError::Undetermined)?;
     let mut with_all = block.clone();
     with_all.choose_frames(&end.state, 0.0);
     let impact = |i: usize| {

@@ -195,7 +195,7 @@ impl Solution {
     /// their errors include those of what all shots share.
     #[must_use]
     pub(crate) fn own_estimates(&self, from: [f64; 2]) -> Vec<Vec<OwnEstimate>> {
-        let reduced = self.at.eliminate(&self.problem, 0.0);
+        let reduced = self.at.eliminate(&self.problem);
         let shots = (0..self.names.first().map_or(0, Vec::len)).into_par_iter();
         let estimate = |i: usize| self.own_estimates_of(i, from, reduced.as_ref()?);
         shots.map(|i| estimate(i).unwrap_or_default()).collect()

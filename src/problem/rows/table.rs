@@ -279,7 +279,7 @@ pub(crate) struct TableNoise {
 
 /// Returns what is known of the noises that were estimated.
 pub(super) fn list_noises(problem: &Problem, at: &Evaluation, estimates: &Estimates) -> Vec<TableNoise> {
-    let (Some(rows), Some(reduced)) = (problem.rows(), at.eliminate(problem, 0.0)) else { return Vec::new() };
+    let (Some(rows), Some(reduced)) = (problem.rows(), at.eliminate(problem)) else { return Vec::new() };
     let spent = rows.leverages(at, (&reduced, estimates), (0, &problem.samples[0]));
     let sums = at.noises(0);
     let noise = |(which, pool): (usize, &Pool)| {
