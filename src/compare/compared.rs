@@ -170,7 +170,9 @@ impl Joint<'_> {
             return if is_held { Ok(None) } else { Err("left-out/independent") };
         };
         let informs = |sample: usize| {
-            let mut shots = self.solution.at.shots[sample].iter().filter_map(|shot| shot.reduced(&[id]));
+            let (problem, state) = (&self.solution.problem, self.solution.state());
+            let reduced = |i: usize| problem.contribute(state, (sample, i)).reduced(&[id]);
+            let mut shots = (0..state.own[sample].len()).filter_map(reduced);
             shots.any(|(information, _)| information[(0, 0)] > 0.0)
         };
         if !own.any(informs) {

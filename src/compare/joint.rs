@@ -94,7 +94,7 @@ pub(super) fn estimate(problem: &Problem, at: &Evaluation, columns: &[usize]) ->
         !problem.unknowns[*column].bounds.contains(&at.state.shared.0[*column]) || columns.contains(column)
     };
     let free = problem.free().into_iter().filter(is_inside).collect();
-    let estimates = Estimates::of_columns(&at.eliminate(problem)?, free)?;
+    let estimates = Estimates::of_columns(at.reduced()?, free)?;
     let covariance = robust_covariance(problem, at, &estimates).or_else(|| {
         // without enough shots by a robust loss there are no errors
         (!problem.is_robust()).then(|| estimates.covariance.clone())

@@ -122,7 +122,7 @@ impl Computed {
     /// Returns how the shots were computed, those of equal effects together.
     pub(crate) fn of(solution: &Solution, choice: Option<Fidelity>) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();
-        for (sample, shots) in solution.problem.samples.iter().zip(&solution.at.shots) {
+        for (sample, shots) in solution.problem.samples.iter().zip(solution.at.shots.iter()) {
             let corrected = sample.block.count_corrected();
             let falls = sample.gather(&solution.at.state.shared)[Id::FallB] != 0.0;
             let parts = match choice {

@@ -6,7 +6,7 @@ use super::film::block::FilmBlock;
 use super::film::impact::{Contact, Correction};
 use super::rows::block::RowsBlock;
 use super::sums::{Contribution, Noise, Spread};
-use super::unknowns::{Own, Shared};
+use super::unknowns::{CAMERA, Own, PHYSICS, SHARED, Shared};
 
 /// The data of one sample.
 #[derive(Clone)]
@@ -23,6 +23,15 @@ impl Block {
             Self::Film(film) => film.contribute(&film.shots[i], own, shared),
             Self::Discs(discs) => discs.contribute(i, own, shared),
             Self::Rows(rows) => rows.contribute(i, own, shared),
+        }
+    }
+
+    /// Returns the number of shared unknowns that shots may depend on, the first of the sample.
+    pub(crate) fn shared(&self) -> usize {
+        match self {
+            Self::Film(_) => PHYSICS + CAMERA,
+            Self::Discs(_) => SHARED,
+            Self::Rows(rows) => rows.width,
         }
     }
 

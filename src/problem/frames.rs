@@ -209,10 +209,10 @@ pub(crate) fn add_track<const R: usize, const C: usize, const I: usize>(
         for sight in sights {
             let residuals = sight.residuals();
             let (weight, cost) = weigh(residuals);
-            total.cost += cost;
+            total.sums.cost += cost;
             for axis in 0..2 {
                 sight.sums[axis].weighted = weight * residuals[axis].powi(2);
-                total.noises[noises[axis]].add(&sight.sums[axis]);
+                total.sums.noises[noises[axis]].add(&sight.sums[axis]);
                 let row = &sight.rows[axis];
                 match &sight.carried {
                     None => rows.extend_from_slice((row * weight.sqrt()).as_slice()),

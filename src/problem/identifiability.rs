@@ -102,18 +102,18 @@ impl Solution {
     /// values, the other free ones eliminated; `None` of fewer than two, or if the others are not
     /// determined.
     pub(crate) fn worst_direction(&self, unknowns: &[(Id, f64)]) -> Option<Combination> {
-        let reduced = self.at.eliminate(&self.problem)?;
+        let reduced = self.at.reduced()?;
         let wanted: Vec<usize> = unknowns.iter().map(|(id, _)| *id as usize).collect();
         let mut others = self.problem.inside(&self.at.state);
         others.retain(|column| !wanted.contains(column));
-        let (left, _) = Estimates::of_columns(&reduced, others)?.condition(&reduced, &wanted);
+        let (left, _) = Estimates::of_columns(reduced, others)?.condition(reduced, &wanted);
         combine(unknowns, &left)
     }
 
     /// Returns whether the data depend on an unknown of the only sample, if that was free.
     pub(crate) fn is_informed(&self, id: Id) -> bool {
         let is_free = self.problem.unknown(id).mode == Mode::Free;
-        is_free && self.at.shots.iter().flatten().any(|shot| shot.slopes_by(id as usize))
+        is_free && self.at.slopes_by(id as usize)
     }
 }
 

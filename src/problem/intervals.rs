@@ -327,7 +327,7 @@ impl FitEnd {
 pub(super) fn errors_as_free(problem: &Problem, at: &Evaluation, undetermined: &[Id]) -> Option<Estimates> {
     let is_determined = |column: &usize| !undetermined.contains(&problem.unknowns[*column].id);
     let columns = problem.free().into_iter().filter(is_determined).collect();
-    Estimates::of_columns(&at.eliminate(problem)?, columns)
+    Estimates::of_columns(at.reduced()?, columns)
 }
 
 /// Returns the edge of the range of values of an unknown on which χ² does not depend, next to the
@@ -358,7 +358,7 @@ fn edge_of_saturation(problem: &Problem, at: &Evaluation, column: usize) -> Opti
 pub(crate) fn determine(problem: &Problem, at: &Evaluation) -> (Estimates, Vec<Id>) {
     let mut held = problem.clone();
     let mut undetermined: Vec<Id> = Vec::new();
-    while let Some(worst) = at.eliminate(&held).and_then(|reduced| worst_direction(&held, at, &reduced))
+    while let Some(worst) = at.reduced().and_then(|reduced| worst_direction(&held, at, reduced))
         && let Some(largest) = worst.terms.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
         && worst.undetermined
     {

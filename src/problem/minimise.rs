@@ -243,7 +243,7 @@ impl SumOfSquares for Moving<'_> {
 
     fn step(&self, at: &Evaluation, damping: f64) -> Option<Step<State>> {
         let problem = self.problem;
-        let reduced = at.eliminate(problem)?;
+        let reduced = at.reduced()?;
         // a friction that frames tell no better than its bounds do would jump there
         let is_told = |column: &usize| {
             let [low, high] = problem.unknowns[*column].bounds;

@@ -143,7 +143,6 @@ mod tests {
     /// Checks that the gradient is half of the slope of χ², for these shared unknowns to one
     /// tolerance and for every own unknown of a shot to the other.
     fn check_gradient(problem: &Problem, state: &State, columns: &[usize], shot: usize, most: [f64; 2]) {
-        let at = problem.evaluate(state.clone());
         let check = |name: &str, moved: &dyn Fn(&mut State, f64), (step, slope, most): (f64, f64, f64)| {
             let cost = |by: f64| {
                 let mut state = state.clone();
@@ -156,12 +155,13 @@ mod tests {
         for column in columns {
             let unknown = &problem.unknowns[*column];
             let pull = unknown.active_prior().map_or(0.0, |p| p.pull(state.shared.0[*column]) / p.sd);
-            let slope =
-                at.shots[0].iter().map(|shot| shot.slope(shot.held.len() + column)).sum::<f64>() + pull;
+            let shots = (0..state.own[0].len()).map(|i| problem.contribute(state, (0, i)));
+            let slope = shots.map(|shot| shot.slope(shot.sums.held.len() + column)).sum::<f64>() + pull;
             check(unknown.id.name(), &|state, by| state.shared.0[*column] += by, (1e-5, slope, most[0]));
         }
-        let contribution = &at.shots[0][shot];
-        for i in (0..contribution.held.len()).filter(|i| !contribution.held[*i]) {
+        let contribution = problem.contribute(state, (0, shot));
+        let held = &contribution.sums.held;
+        for i in (0..held.len()).filter(|i| !held[*i]) {
             let values = (1e-6, contribution.slope(i), most[1]);
             check(&format!("own {i}"), &|state, by| state.own[0][shot][i] += by, values);
         }

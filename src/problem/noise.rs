@@ -4,7 +4,7 @@
 
 use super::block::Block;
 use super::problem::{Eliminated, Evaluation, Problem, Reduced, Sample};
-use super::sums::{Contribution, Noise, NoiseSums, Scattered, Spread};
+use super::sums::{Noise, NoiseSums, Scattered, ShotSums, Spread};
 use super::uncertainty::Estimates;
 use crate::extraction::MIN_RHO;
 
@@ -23,10 +23,10 @@ const SPREAD_STEP: f64 = 3.0;
 
 /// Sets noise and spreads to what the residuals at `at` show; returns whether they have settled.
 pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
-    let Some(reduced) = at.eliminate(problem) else { return true };
-    let Some(estimates) = Estimates::of_reduced(problem, &at.state, &reduced) else { return true };
+    let Some(reduced) = at.reduced() else { return true };
+    let Some(estimates) = Estimates::of_reduced(problem, &at.state, reduced) else { return true };
     let sums: Vec<Vec<NoiseSums>> = (0..problem.samples.len()).map(|sample| at.noises(sample)).collect();
-    let spent = count_spent(problem, at, (&reduced, &estimates), &sums);
+    let spent = count_spent(problem, at, (reduced, &estimates), &sums);
     let mut settled = true;
     for sample in 0..sums.len() {
         if problem.samples[sample].block.estimates_noise() {
@@ -63,7 +63,7 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
         // in a comparison spreads stay: they are not to explain that data sets differ
         let spreads = if sums.len() == 1 { problem.samples[0].block.spreads().len() } else { 0 };
         for which in 0..spreads {
-            let new = estimate_spread(problem, at, (&reduced, &estimates), sample, which);
+            let new = estimate_spread(problem, at, (reduced, &estimates), sample, which);
             let old = &mut problem.samples[sample].block.spreads_mut()[which];
             settled &= (least_change..1.05).contains(&(new / old.sd));
             old.sd = new;
@@ -143,15 +143,15 @@ fn restricted(problem: &Problem, at: &Evaluation, (sample, rho): (usize, f64), d
         noise.rho = rho;
     }
     let there = other.evaluate(at.state.clone());
-    let (least, of_unknowns) = there.eliminate(&other)?.least(&other.free())?;
+    let (least, of_unknowns) = there.reduced()?.least(&other.free())?;
     let ln_determinant: f64 = there.noises(sample).iter().map(|sum| sum.ln_determinant).sum();
     Some(dof * least.ln() + ln_determinant + of_unknowns)
 }
 
 /// Returns the number of own unknowns that the data determine: each counts by the part of its
 /// information that is not its prior's.
-fn count_own(shots: &[Contribution], own: &[Eliminated]) -> f64 {
-    let count_shot = |(shot, own): (&Contribution, &Eliminated)| {
+fn count_own(shots: &[ShotSums], own: &[Eliminated]) -> f64 {
+    let count_shot = |(shot, own): (&ShotSums, &Eliminated)| {
         let covariance = own.covariance();
         let free = (0..shot.held.len()).filter(|place| !shot.held[*place]);
         let of_data = |place: usize| (1.0 - covariance[(place, place)] * shot.known[place]).clamp(0.0, 1.0);

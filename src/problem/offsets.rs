@@ -48,7 +48,8 @@ impl Solution {
     /// Returns the outcome offsets of shot `i` of a sample; `None` if its frames do not determine
     /// them.
     pub(crate) fn offsets(&self, sample: usize, i: usize) -> Option<Offsets> {
-        let (information, gradient) = self.at.shots.get(sample)?.get(i)?.reduced(&Id::OFFSETS)?;
+        let (information, gradient) =
+            self.problem.contribute(self.state(), (sample, i)).reduced(&Id::OFFSETS)?;
         let covariance = information.cholesky()?.inverse();
         let values = -(&covariance * gradient);
         let covariance = Matrix4::from_fn(|a, b| covariance[(a, b)]);
@@ -76,7 +77,7 @@ impl Solution {
         let turn = matrix![cos, -sin, 0.0, 0.0; sin, cos, 0.0, 0.0; 0.0, 0.0, cos, -sin; 0.0, 0.0, sin, cos];
         let ids: Vec<Id> = self.own_columns().iter().map(|(_, id)| *id).chain(Id::OFFSETS).collect();
         let shared = ids.len() - Id::OFFSETS.len();
-        let (information, _) = self.at.shots[0][i].reduced(&ids)?;
+        let (information, _) = self.problem.contribute(self.state(), (0, i)).reduced(&ids)?;
         let beside = turn * covariance * information.view((shared, 0), (Id::OFFSETS.len(), shared));
         let mut by = DMatrix::zeros(Id::OFFSETS.len(), Id::ALL.len());
         for (place, id) in ids[..shared].iter().enumerate() {

@@ -12,8 +12,8 @@ use super::discs::block::DiscBlock;
 use super::film::block::FilmBlock;
 use super::film::impact::Contact;
 use super::rows::block::RowsBlock;
-use super::sums::{Contribution, NoiseSums};
-use super::unknowns::{Id, Mode, Normal, Own, SHARED, Shared, Unknown};
+use super::sums::{Contribution, NoiseSums, ShotSums};
+use super::unknowns::{Id, Mode, Own, SHARED, Shared, Unknown};
 use crate::measurement::loss::Loss;
 
 /// Data whose shots share unknowns.
@@ -49,9 +49,11 @@ pub(crate) struct Evaluation {
     pub(crate) state: State,
     /// χ² with Huber's loss and the priors; infinite if the state describes no collision.
     pub(crate) cost: f64,
-    /// Contribution of each shot of each sample.
-    pub(crate) shots: Vec<Vec<Contribution>>,
-    priors: Vec<Option<Normal>>,
+    /// Sums of each shot of each sample.
+    pub(crate) shots: Arc<Vec<Vec<ShotSums>>>,
+    /// Squares of the derivatives by each unknown, added up over all numbers.
+    slopes: DVector<f64>,
+    reduced: Option<Arc<Reduced>>,
 }
 
 /// Own unknowns of a shot after elimination.
@@ -72,6 +74,43 @@ impl Eliminated {
     pub(crate) fn variance(&self, by: &DVector<f64>) -> f64 {
         let by = by.rows(0, self.response.nrows());
         by.dot(&self.factor.solve(&by))
+    }
+}
+
+/// Batches of shots whose normal equations are added up before those of others, so that roundings do
+/// not depend on the number of cores: at most so many, with at least so many shots each.
+const BATCHES: usize = 256;
+const MIN_BATCH: usize = 4;
+
+/// Normal equations of some shots of a sample.
+struct Batch {
+    shots: Vec<ShotSums>,
+    /// `None` for a shot that does not determine one of its unknowns.
+    own: Vec<Option<Eliminated>>,
+    /// Shared unknowns and the residual, before and after elimination of the own ones.
+    whole: DMatrix<f64>,
+    reduced: DMatrix<f64>,
+}
+
+impl Batch {
+    fn of(contributions: impl Iterator<Item = Contribution>, width: usize) -> Self {
+        let whole = DMatrix::zeros(width, width);
+        let mut batch = Self { shots: Vec::new(), own: Vec::new(), reduced: whole.clone(), whole };
+        for shot in contributions {
+            let first = shot.sums.held.len();
+            let shared = shot.products.view((first, first), (width, width));
+            batch.whole += shared;
+            batch.reduced += shared;
+            let (matrix, beside) = shot.own_system();
+            let eliminated = matrix.cholesky().map(|factor| {
+                let response = factor.solve(&beside);
+                batch.reduced.gemm(-1.0, &beside.transpose(), &response, 1.0);
+                Eliminated { response, factor }
+            });
+            batch.own.push(eliminated);
+            batch.shots.push(shot.sums);
+        }
+        batch
     }
 }
 
@@ -123,21 +162,64 @@ impl Problem {
         self.evaluations.load(Ordering::Relaxed)
     }
 
+    /// Returns the contribution of shot `i` of a sample at a state.
+    pub(crate) fn contribute(&self, state: &State, (number, i): (usize, usize)) -> Contribution {
+        let sample = &self.samples[number];
+        sample.block.contribute(i, &state.own[number][i], &sample.gather(&state.shared))
+    }
+
     /// Returns χ² and the normal equations at `state`.
     pub fn evaluate(&self, state: State) -> Evaluation {
         self.evaluations.fetch_add(1, Ordering::Relaxed);
-        let contributions = |(sample, own): (&Sample, &Vec<Own>)| {
+        let last = self.unknowns.len();
+        let mut whole = DMatrix::zeros(last + 1, last + 1);
+        let mut products = whole.clone();
+        let (mut all, mut own) = (Vec::new(), Vec::new());
+        for (sample, values) in self.samples.iter().zip(&state.own) {
             let shared = sample.gather(&state.shared);
-            let contribute = |(i, own): (usize, &Own)| sample.block.contribute(i, own, &shared);
-            own.par_iter().enumerate().map(contribute).collect()
-        };
-        let shots: Vec<Vec<Contribution>> = self.samples.iter().zip(&state.own).map(contributions).collect();
-        let priors: Vec<Option<Normal>> = self.unknowns.iter().map(Unknown::active_prior).collect();
-        let pulls = priors.iter().zip(&state.shared.0).filter_map(|(prior, x)| prior.map(|p| p.pull(*x)));
-        let cost = shots.iter().flatten().map(|shot| shot.cost).sum::<f64>()
-            + pulls.map(|pull| pull * pull).sum::<f64>();
+            let width = sample.block.shared() + 1;
+            let size = values.len().div_ceil(BATCHES).max(MIN_BATCH);
+            let add_up = |(batch, values): (usize, &[Own])| {
+                let shots = values.iter().zip(size * batch..);
+                Batch::of(shots.map(|(own, i)| sample.block.contribute(i, own, &shared)), width)
+            };
+            let batches: Vec<Batch> = values.par_chunks(size).enumerate().map(add_up).collect();
+            let place = |i: usize| if i + 1 == width { last } else { sample.columns[i] };
+            let (mut sums, mut eliminated) = (Vec::new(), Vec::new());
+            for batch in batches {
+                for (total, own) in [(&mut whole, &batch.whole), (&mut products, &batch.reduced)] {
+                    for (i, j) in (0..width).flat_map(|j| (0..=j).map(move |i| (i, j))) {
+                        let (a, b) = (place(i).min(place(j)), place(i).max(place(j)));
+                        total[(a, b)] += own[(i, j)];
+                    }
+                }
+                sums.extend(batch.shots);
+                eliminated.extend(batch.own);
+            }
+            all.push(sums);
+            own.push(eliminated.into_iter().collect::<Option<Vec<Eliminated>>>());
+        }
+        let slopes = whole.diagonal();
+        let mut squares = slopes[last];
+        let mut cost = all.iter().flatten().map(|shot: &ShotSums| shot.cost).sum::<f64>();
+        for (i, (unknown, x)) in self.unknowns.iter().zip(&state.shared.0).enumerate() {
+            let Some(normal) = unknown.active_prior() else { continue };
+            let pull = normal.pull(*x);
+            products[(i, i)] += normal.sd.powi(-2);
+            products[(i, last)] += pull / normal.sd;
+            products[(last, last)] += pull * pull;
+            squares += pull * pull;
+            cost += pull * pull;
+        }
+        let is_finite = products.iter().all(|x: &f64| x.is_finite());
+        let own: Option<Vec<_>> = own.into_iter().collect();
+        let reduced = own.filter(|_| is_finite).map(|own| {
+            let ln_determinants = own.iter().flatten().map(|own| own.factor.ln_determinant());
+            let columns = self.samples.iter().map(|sample| sample.columns).collect();
+            Arc::new(Reduced { products, squares, own_ln_determinant: ln_determinants.sum(), own, columns })
+        });
         let cost = if cost.is_finite() { cost } else { f64::INFINITY };
-        Evaluation { state, cost, shots, priors }
+        Evaluation { state, cost, shots: Arc::new(all), slopes, reduced }
     }
 
     /// Returns the columns of the unknowns that are estimated.
@@ -265,49 +347,15 @@ impl Evaluation {
         sums
     }
 
-    /// Eliminates the own unknowns. `None` if a shot does not determine one of its unknowns.
-    pub(crate) fn eliminate(&self, problem: &Problem) -> Option<Reduced> {
-        let last = self.priors.len();
-        let mut products = DMatrix::zeros(last + 1, last + 1);
-        let mut squares = 0.0;
-        let mut own_ln_determinant = 0.0;
-        let mut all = Vec::with_capacity(self.shots.len());
-        for (sample, shots) in problem.samples.iter().zip(&self.shots) {
-            let shared = shots.iter().map(Contribution::shared).max().unwrap_or(0);
-            let mut sum = DMatrix::zeros(shared + 1, shared + 1);
-            let mut eliminated = Vec::with_capacity(shots.len());
-            for shot in shots {
-                let first = shot.held.len();
-                sum += shot.products.view((first, first), (shared + 1, shared + 1));
-                squares += shot.products[(first + shared, first + shared)];
-                let (matrix, beside) = shot.own_system();
-                let factor = matrix.cholesky()?;
-                let response = factor.solve(&beside);
-                sum.gemm(-1.0, &beside.transpose(), &response, 1.0);
-                own_ln_determinant += factor.ln_determinant();
-                eliminated.push(Eliminated { response, factor });
-            }
-            let place = |i: usize| if i == shared { last } else { sample.columns[i] };
-            for i in 0..=shared {
-                for j in i..=shared {
-                    let (a, b) = (place(i).min(place(j)), place(i).max(place(j)));
-                    products[(a, b)] += sum[(i, j)];
-                }
-            }
-            all.push(eliminated);
-        }
-        for (i, prior) in self.priors.iter().enumerate() {
-            if let Some(normal) = prior {
-                let pull = normal.pull(self.state.shared.0[i]);
-                products[(i, i)] += normal.sd.powi(-2);
-                products[(i, last)] += pull / normal.sd;
-                products[(last, last)] += pull * pull;
-                squares += pull * pull;
-            }
-        }
-        let columns = problem.samples.iter().map(|sample| sample.columns).collect();
-        let is_finite = products.iter().all(|x: &f64| x.is_finite());
-        is_finite.then_some(Reduced { products, squares, own: all, own_ln_determinant, columns })
+    /// Returns whether a number depends on the shared unknown of this column.
+    pub(crate) fn slopes_by(&self, column: usize) -> bool {
+        self.slopes[column] > 0.0
+    }
+
+    /// Returns the normal equations after elimination of the own unknowns; `None` if a shot does not
+    /// determine one of its own.
+    pub(crate) fn reduced(&self) -> Option<&Reduced> {
+        self.reduced.as_deref()
     }
 }
 

@@ -141,7 +141,7 @@ fn reach<const N: usize>(
 /// Returns the evaluation at these values of some unknowns, which the others follow to first order
 /// from a minimum.
 fn follow(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Option<Evaluation> {
-    let reduced = from.eliminate(problem)?;
+    let reduced = from.reduced()?;
     let is_moving = |column: &usize| reduced.informs(*column) && held.iter().all(|(held, _)| held != column);
     let moving: Vec<usize> = problem.free().into_iter().filter(is_moving).collect();
     let columns = held.iter().map(|(column, _)| *column);

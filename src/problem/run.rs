@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::block::Block;
 use super::effects::choose_effects;
 use super::false_shots::{Squares, judge, tail};
@@ -18,7 +20,7 @@ use super::minimise::{Descent, descend_with_noise, fit};
 use super::policy::{Choices, Policy};
 use super::problem::{Problem, State, split_names};
 use super::solution::Solution;
-use super::sums::{Contribution, Noise, Spread};
+use super::sums::{Noise, ShotSums, Spread};
 use super::uncertainty::{Estimates, robust_covariance};
 use super::unknowns::{Id, Mode, Shared};
 use crate::measurement::dataset::{Dataset, Tracks};
@@ -108,7 +110,7 @@ fn judge_outcomes(problem: &Problem, start: &State, policy: &Policy) -> Option<(
     let numbers = Id::OFFSETS.len();
     (film.loss, film.states_noise) = (Some(ShotLoss::new(Loss::Cauchy, numbers)), true);
     let end = fit(&mut robust, start)?.end;
-    let distance = |shot: &Contribution| shot.part.map_or(f64::INFINITY, |part| part.distance);
+    let distance = |i: usize| end.shots[0][i].part.map_or(f64::INFINITY, |part| part.distance);
     let keep = judge_shots(&end.shots[0], distance, 1.0, policy);
     keep.contains(&false).then_some((keep, end.state))
 }
@@ -117,13 +119,13 @@ fn judge_outcomes(problem: &Problem, start: &State, policy: &Policy) -> Option<(
 /// in standard deviations, and frames as near to their paths; `least` is the least variance of the
 /// frames in units of their noise.
 fn judge_shots(
-    shots: &[Contribution],
-    distance: impl Fn(&Contribution) -> f64,
+    shots: &[ShotSums],
+    distance: impl Fn(usize) -> f64,
     least: f64,
     policy: &Policy,
 ) -> Vec<bool> {
-    let outcome = |shot| Squares { sum: distance(shot).powi(2), count: Id::OFFSETS.len() as f64 };
-    let by_outcome = judge(&shots.iter().map(outcome).collect::<Vec<_>>(), (0.0, 1.0), policy);
+    let outcome = |i| Squares { sum: distance(i).powi(2), count: Id::OFFSETS.len() as f64 };
+    let by_outcome = judge(&(0..shots.len()).map(outcome).collect::<Vec<_>>(), (0.0, 1.0), policy);
     let by_frames = judge(&squares(shots), (0.0, least), policy);
     let keep = by_outcome.into_iter().zip(by_frames).map(|(outcome, frames)| outcome && frames);
     policy.keep_most(keep.collect())
@@ -159,7 +161,8 @@ impl<'a> Run<'a> {
             let keep = if round == 0 || run.problem.is_robust() {
                 vec![true; run.names.len()]
             } else {
-                let distance = |shot: &Contribution| block::distance(shot).unwrap_or(0.0);
+                let distances = run.distances();
+                let distance = |i: usize| distances[i].unwrap_or(0.0);
                 judge_shots(&run.descent.end.shots[0], distance, f64::MIN_POSITIVE, policy)
             };
             let film = run.problem.film_mut();
@@ -270,11 +273,19 @@ impl<'a> Run<'a> {
     /// Returns whether outcomes scatter about what the shots have in common by more than the noise
     /// makes them.
     fn is_scattered(&self, estimates: &Estimates) -> bool {
-        let distances: Vec<f64> = self.descent.end.shots[0].iter().filter_map(block::distance).collect();
+        let distances: Vec<f64> = self.distances().into_iter().flatten().collect();
         let square = distances.iter().map(|distance| distance * distance).sum::<f64>();
         let numbers = (Id::OFFSETS.len() * distances.len()) as f64;
         let dof = numbers - estimates.count_data(&self.problem);
         dof >= 1.0 && tail(square, dof) < self.policy.improbable && !self.problem.is_robust()
+    }
+
+    /// Returns how far the outcome of each shot is from the law, in standard deviations; `None` if
+    /// its frames do not determine it.
+    fn distances(&self) -> Vec<Option<f64>> {
+        let state = &self.descent.end.state;
+        let distance = |i: usize| block::distance(&self.problem.contribute(state, (0, i)));
+        (0..self.names.len()).into_par_iter().map(distance).collect()
     }
 
     /// Goes on with impacts that differ from shot to shot.

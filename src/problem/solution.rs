@@ -11,7 +11,7 @@ use super::findings::{Finding, Severity, worst};
 use super::minimise::Descent;
 use super::noise::minus_two_log;
 use super::problem::{Evaluation, Problem, Sample, State};
-use super::sums::{Contribution, Noise};
+use super::sums::{Noise, ShotSums};
 use super::uncertainty::{Estimates, Share};
 use super::unknowns::{Id, Mode, Normal};
 use crate::measurement::parameter::{Parameter, Settings};
@@ -207,8 +207,8 @@ impl Solution {
         if unknown.mode != Mode::Free || !unknown.bounds.contains(&x) {
             return None;
         }
-        let reduced = self.at.eliminate(&self.problem)?;
-        let (bend, _) = self.covariance.condition(&reduced, &[column]);
+        let reduced = self.at.reduced()?;
+        let (bend, _) = self.covariance.condition(reduced, &[column]);
         let (bend, slope) = (bend[0], (inward * reduced.gradient(&[column])[0]).max(0.0));
         // the minimum of χ² lies s/√b standard errors beyond the bound
         let sd = bend.sqrt().recip();
@@ -257,11 +257,10 @@ impl Solution {
     /// Returns the number of unknowns that the shots have of their own, without those that are
     /// held.
     pub(crate) fn own_count(&self) -> usize {
-        let free = |shot: &Contribution| shot.held.iter().filter(|held| !**held).count();
         let count_unknowns = |(number, sample): (usize, &Sample)| match &sample.block {
             // what is known of an input is a number, too
             Block::Rows(_) => 0,
-            _ => self.at.shots[number].iter().map(free).sum(),
+            _ => self.at.shots[number].iter().map(ShotSums::count_free).sum(),
         };
         self.problem.samples.iter().enumerate().map(count_unknowns).sum()
     }
@@ -284,7 +283,7 @@ impl Solution {
         if !self.problem.is_robust() {
             return Vec::new();
         }
-        self.at.shots[0].iter().map(Contribution::weight).collect()
+        self.at.shots[0].iter().map(ShotSums::weight).collect()
     }
 
     /// Returns whether the data are a film of balls or of discs.

@@ -92,12 +92,9 @@ pub(crate) struct Part {
     pub(crate) distance: f64,
 }
 
-/// The contribution of a shot to the normal equations.
+/// The sums of a shot without their derivatives.
 #[derive(Clone)]
-pub(crate) struct Contribution {
-    /// JᵀJ by own unknowns, the shared unknowns that the shot may depend on, which are the first of
-    /// its sample, and the residual as the last column (upper triangle).
-    pub(crate) products: DMatrix<f64>,
+pub(crate) struct ShotSums {
     /// χ² with the losses of frames and shots; infinite if the unknowns describe no collision.
     pub(crate) cost: f64,
     /// Sums of each noise of the block.
@@ -111,6 +108,35 @@ pub(crate) struct Contribution {
     pub(crate) scattered: Vec<Scattered>,
     /// `None` by least squares.
     pub(crate) part: Option<Part>,
+}
+
+impl ShotSums {
+    /// Returns the weight of the shot by its loss, 1 by least squares.
+    pub(crate) fn weight(&self) -> f64 {
+        self.part.map_or(1.0, |part| part.loss.weight(part.distance))
+    }
+
+    /// Returns the number of own unknowns that are not held.
+    pub(crate) fn count_free(&self) -> usize {
+        self.held.iter().filter(|held| !**held).count()
+    }
+
+    /// Returns derivatives by own unknowns and others, those that are held left out.
+    pub(crate) fn without_held(&self, mut by: DVector<f64>) -> DVector<f64> {
+        for (by, _) in by.iter_mut().zip(&self.held).filter(|(_, held)| **held) {
+            *by = 0.0;
+        }
+        by
+    }
+}
+
+/// The contribution of a shot to the normal equations.
+#[derive(Clone)]
+pub(crate) struct Contribution {
+    /// JᵀJ by own unknowns, the shared unknowns that the shot may depend on, which are the first of
+    /// its sample, and the residual as the last column (upper triangle).
+    pub(crate) products: DMatrix<f64>,
+    pub(crate) sums: ShotSums,
 }
 
 /// Steps of a descent in the own unknowns of a shot, and decrease of χ² after which it ends: 1e-3
@@ -131,7 +157,7 @@ pub(crate) fn settle(
         let x = bounded(x);
         let sums = contribute(&x);
         let (matrix, gradient) = sums.system(ids);
-        Place { x, sum: sums.cost, matrix, gradient, rest: sums }
+        Place { x, sum: sums.sums.cost, matrix, gradient, rest: sums }
     });
     (x, rest)
 }
@@ -141,8 +167,7 @@ impl Contribution {
     /// some noises of its block.
     pub fn empty(own: usize, shared: usize, noises: usize) -> Self {
         let size = own + shared + 1;
-        Self {
-            products: DMatrix::zeros(size, size),
+        let sums = ShotSums {
             cost: 0.0,
             noises: vec![NoiseSums::default(); noises],
             sticks: false,
@@ -150,36 +175,37 @@ impl Contribution {
             known: vec![0.0; own],
             scattered: Vec::new(),
             part: None,
-        }
+        };
+        Self { products: DMatrix::zeros(size, size), sums }
     }
 
     /// Returns the contribution of unknowns that describe no collision.
     pub(crate) fn impossible(own: usize, shared: usize, noises: usize) -> Self {
-        Self { cost: f64::INFINITY, ..Self::empty(own, shared, noises) }
+        let mut sums = Self::empty(own, shared, noises);
+        sums.sums.cost = f64::INFINITY;
+        sums
     }
 
     /// Returns the sums if all are finite, and those of no collision if not.
     pub(crate) fn or_impossible(self) -> Self {
         // what is not finite in a row is so in its square
-        let is_finite = self.cost.is_finite() && self.products.trace().is_finite();
-        if is_finite { self } else { Self::impossible(self.held.len(), self.shared(), self.noises.len()) }
+        let is_finite = self.sums.cost.is_finite() && self.products.trace().is_finite();
+        if is_finite {
+            return self;
+        }
+        Self::impossible(self.sums.held.len(), self.shared(), self.sums.noises.len())
     }
 
     /// Weighs the shot by a loss of its distance, whose square is in the sums.
     pub(crate) fn weigh(&mut self, loss: ShotLoss, distance: f64) {
         self.products *= loss.weight(distance);
-        self.cost += loss.cost(distance) - distance * distance;
-        self.part = Some(Part { loss, distance });
-    }
-
-    /// Returns the weight of the shot by its loss, 1 by least squares.
-    pub(crate) fn weight(&self) -> f64 {
-        self.part.map_or(1.0, |part| part.loss.weight(part.distance))
+        self.sums.cost += loss.cost(distance) - distance * distance;
+        self.sums.part = Some(Part { loss, distance });
     }
 
     /// Returns the number of shared unknowns that the shot may depend on.
     pub fn shared(&self) -> usize {
-        self.products.ncols() - 1 - self.held.len()
+        self.products.ncols() - 1 - self.sums.held.len()
     }
 
     /// Returns half of dχ²/dx of an own unknown.
@@ -187,23 +213,12 @@ impl Contribution {
         self.products[(place, self.products.ncols() - 1)]
     }
 
-    /// Returns whether a number depends on the shared unknown of this column of the sample.
-    pub(crate) fn slopes_by(&self, column: usize) -> bool {
-        let place = self.held.len() + column;
-        column < self.shared() && self.products[(place, place)] > 0.0
-    }
-
-    /// Returns the number of own unknowns that are not held.
-    pub(crate) fn count_free(&self) -> usize {
-        self.held.iter().filter(|held| !**held).count()
-    }
-
     /// Adds what is known of the own unknown at `place`.
     pub(crate) fn add_prior(&mut self, (place, prior): (usize, OwnPrior), value: f64, spreads: &[Spread]) {
         let mut by = DVector::zeros(self.products.ncols() - 1);
         by[place] = 1.0;
         match prior {
-            OwnPrior::Held => self.held[place] = true,
+            OwnPrior::Held => self.sums.held[place] = true,
             OwnPrior::Stated(normal) => self.add_stated((place, normal), value, &by),
             OwnPrior::Spread(spread) => self.add_scattered(Scattered { spread, place, value, by }, spreads),
         }
@@ -212,25 +227,17 @@ impl Contribution {
     /// Adds what is stated of an own unknown, of which a number with these derivatives is a
     /// measurement.
     pub(crate) fn add_stated(&mut self, (place, normal): (usize, Normal), value: f64, by: &DVector<f64>) {
-        self.known[place] = normal.sd.powi(-2);
+        self.sums.known[place] = normal.sd.powi(-2);
         self.add_number(normal.pull(value), (by / normal.sd).as_slice());
     }
 
     /// Adds a number that scatters; own unknowns that are held must be known.
     pub(crate) fn add_scattered(&mut self, mut number: Scattered, spreads: &[Spread]) {
-        number.by = self.without_held(number.by);
+        number.by = self.sums.without_held(number.by);
         let sd = spreads[number.spread].sd;
-        self.known[number.place] = sd.powi(-2);
+        self.sums.known[number.place] = sd.powi(-2);
         self.add_number(number.value / sd, (&number.by / sd).as_slice());
-        self.scattered.push(number);
-    }
-
-    /// Returns derivatives by own unknowns and others, those that are held left out.
-    pub(crate) fn without_held(&self, mut by: DVector<f64>) -> DVector<f64> {
-        for (by, _) in by.iter_mut().zip(&self.held).filter(|(_, held)| **held) {
-            *by = 0.0;
-        }
-        by
+        self.sums.scattered.push(number);
     }
 
     /// Adds a residual with its derivatives by the first unknowns, both in standard deviations.
@@ -243,7 +250,7 @@ impl Contribution {
             self.products[(column, last)] += factor * residual;
         }
         self.products[(last, last)] += residual * residual;
-        self.cost += residual * residual;
+        self.sums.cost += residual * residual;
     }
 
     /// Copies the sums of an unknown to another one, on which all numbers depend in the same way.
@@ -259,9 +266,9 @@ impl Contribution {
     /// decoupled.
     pub(crate) fn own_system(&self) -> (DMatrix<f64>, DMatrix<f64>) {
         let (matrix, _) = self.system(&[]);
-        let first = self.held.len();
+        let first = self.sums.held.len();
         let beside = DMatrix::from_fn(first, self.shared() + 1, |i, j| {
-            if self.held[i] { 0.0 } else { self.products[(i, first + j)] }
+            if self.sums.held[i] { 0.0 } else { self.products[(i, first + j)] }
         });
         (matrix, beside)
     }
@@ -269,10 +276,10 @@ impl Contribution {
     /// Returns the normal matrix and the gradient of the own unknowns and some shared ones of the
     /// sample. Held unknowns are decoupled.
     pub fn system(&self, ids: &[Id]) -> (DMatrix<f64>, DVector<f64>) {
-        let first = self.held.len();
+        let first = self.sums.held.len();
         let n = first + ids.len();
         let place = |i: usize| if i < first { i } else { first + ids[i - first] as usize };
-        let is_held = |i: usize| i < first && self.held[i];
+        let is_held = |i: usize| i < first && self.sums.held[i];
         let matrix = DMatrix::from_fn(n, n, |i, j| {
             let (a, b) = (place(i).min(place(j)), place(i).max(place(j)));
             if is_held(i) || is_held(j) { f64::from(i == j) } else { self.products[(a, b)] }
@@ -284,7 +291,7 @@ impl Contribution {
     /// Returns the shot's part of the normal matrix and gradient of the shared unknowns `ids` of
     /// its sample, after elimination of its own.
     pub fn reduced(&self, ids: &[Id]) -> Option<(DMatrix<f64>, DVector<f64>)> {
-        let first = self.held.len();
+        let first = self.sums.held.len();
         let (matrix, beside) = self.own_system();
         let response = matrix.cholesky()?.solve(&beside);
         let shared = self.shared();

@@ -41,7 +41,7 @@ pub(crate) struct Share {
 impl Estimates {
     /// Returns the covariance at a minimum; `None` if the frames do not determine an unknown.
     pub fn new(problem: &Problem, at: &Evaluation) -> Option<Self> {
-        Self::of_reduced(problem, &at.state, &at.eliminate(problem)?)
+        Self::of_reduced(problem, &at.state, at.reduced()?)
     }
 
     pub(crate) fn of_reduced(problem: &Problem, state: &State, reduced: &Reduced) -> Option<Self> {
@@ -135,11 +135,11 @@ impl Estimates {
 
     /// Returns each tested unknown and each prior against what the data show without it.
     pub(crate) fn suspects(&self, problem: &Problem, at: &Evaluation) -> Vec<Suspect> {
-        let reduced = at.eliminate(problem);
+        let reduced = at.reduced();
         let suspect = |(column, unknown): (usize, &Unknown)| {
             let (id, x) = (unknown.id, at.state.shared.0[column]);
             if unknown.mode == Mode::Tested {
-                let (information, slope) = self.condition(reduced.as_ref()?, &[column]);
+                let (information, slope) = self.condition(reduced?, &[column]);
                 let (information, slope) = (information[0], slope[0]);
                 return Some(Suspect {
                     id,
@@ -163,7 +163,7 @@ impl Estimates {
     /// estimates, in their order, if it were left out, to first order.
     pub fn influence(&self, problem: &Problem, at: &Evaluation, i: usize) -> Option<(f64, DVector<f64>)> {
         let ids: Vec<Id> = self.columns.iter().map(|column| problem.unknowns[*column].id).collect();
-        let (matrix, gradient) = at.shots.first()?.get(i)?.reduced(&ids)?;
+        let (matrix, gradient) = problem.contribute(&at.state, (0, i)).reduced(&ids)?;
         let leverage = (&self.covariance * &matrix).trace();
         let information = self.covariance.clone().cholesky()?.inverse() - matrix;
         Some((leverage, information.cholesky()?.solve(&gradient)))
@@ -191,17 +191,18 @@ pub(crate) fn robust_covariance(
     }
     let mut curvature = DMatrix::<f64>::zeros(n, n);
     let mut slopes = Vec::new();
-    for (sample, shots) in problem.samples.iter().zip(&at.shots) {
+    for (number, sample) in problem.samples.iter().enumerate() {
         let local = |id: &Id| estimates.position(sample.columns[*id as usize]);
         let (ids, places): (Vec<Id>, Vec<usize>) =
             Id::ALL.into_iter().filter_map(|id| Some((id, local(&id)?))).unzip();
-        for shot in shots {
+        for i in 0..at.shots[number].len() {
+            let shot = problem.contribute(&at.state, (number, i));
             // of the weighted sums: g = w Jᵀr, H = w JᵀJ + (w'/s)(Jᵀr)(Jᵀr)ᵀ
             let (matrix, slope) = shot.reduced(&ids)?;
             let bend = |Part { loss, distance }: Part| {
                 loss.slope(distance) / (distance * loss.weight(distance).powi(2))
             };
-            let bend = shot.part.filter(|part| part.distance > 0.0).map_or(0.0, bend);
+            let bend = shot.sums.part.filter(|part| part.distance > 0.0).map_or(0.0, bend);
             let curvature_of_shot = matrix + &slope * slope.transpose() * bend;
             for (i, a) in places.iter().enumerate() {
                 for (j, b) in places.iter().enumerate() {

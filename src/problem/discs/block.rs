@@ -132,7 +132,7 @@ impl DiscBlock {
             return Contribution::impossible(count, SHARED, self.noise.len());
         };
         let mut total = Contribution::empty(count, SHARED, self.noise.len());
-        total.sticks = shot.stuck.is_some();
+        total.sums.sticks = shot.stuck.is_some();
         let inputs = places_of_inputs(count);
         for (track, sights) in shot.tracks.iter().zip(self.look(i, &motion, own, shared)) {
             // without a marker its derivatives are 0

@@ -151,7 +151,7 @@ fn fit_law(free: &Solution, law: &[Unknown]) -> Result<Vec<Solution>, FilmError>
 
 /// Returns −2 log L up to a constant, with the own unknowns integrated.
 fn unlikely(fit: &Solution) -> f64 {
-    let reduced = fit.at.eliminate(&fit.problem);
+    let reduced = fit.at.reduced();
     fit.minus_two_log().0 + reduced.map_or(f64::INFINITY, |reduced| reduced.own_ln_determinant)
 }
 
@@ -159,7 +159,7 @@ fn unlikely(fit: &Solution) -> f64 {
 /// those of the others by no more than chance makes them.
 fn judge_shots(fit: &Solution, policy: &Policy) -> Result<Vec<bool>, FilmError> {
     let spreads = fit.problem.samples[0].block.spreads();
-    let reduced = fit.at.eliminate(&fit.problem).ok_or(FilmError::Undetermined)?;
+    let reduced = fit.at.reduced().ok_or(FilmError::Undetermined)?;
     let squares = |(i, scattered): (usize, &Vec<Scattered>)| {
         let squares: Vec<f64> = scattered
             .iter()

@@ -221,7 +221,7 @@ fn list_impacts(
     policy: &Policy,
 ) -> Result<Vec<DiscImpact>, FilmError> {
     let (block, end) = (solution.problem.discs().ok_or(FilmError::NoFilm)?, &solution.at);
-    let reduced = end.eliminate(&solution.problem).ok_or(FilmError::Undetermined)?;
+    let reduced = end.reduced().ok_or(FilmError::Undetermined)?;
     let mut with_all = block.clone();
     with_all.choose_frames(&end.state, 0.0);
     let impact = |i: usize| {
@@ -231,7 +231,7 @@ fn list_impacts(
             let measured = |quantity: Dual| {
                 let by = end.shots[0][i].without_held(by_unknowns(&quantity, own.len()));
                 let is_stated = column == "mass_ratio" && block.discs.masses.is_some();
-                let sd = (!is_stated).then(|| solution.covariance.variance(&reduced, (0, i), &by).sqrt());
+                let sd = (!is_stated).then(|| solution.covariance.variance(reduced, (0, i), &by).sqrt());
                 Measured { value: quantity.re, sd }
             };
             let restitution = shot.stuck.map(|stuck| stuck.restitution).filter(|_| column == "e");

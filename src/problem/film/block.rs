@@ -141,7 +141,7 @@ impl FilmBlock {
         };
         let object = self.contact.object();
         let mut total = Contribution::empty(OWN, PHYSICS + CAMERA, 2);
-        total.sticks = struck.sticks;
+        total.sums.sticks = struck.sticks;
         for spin in &shot.side_spins {
             spin.add_to(&mut total, &struck, object.radius, shared);
         }
@@ -295,7 +295,7 @@ fn from_corner(own: &Own, add_up: impl Fn(&Own) -> Contribution) -> Contribution
         return top;
     }
     let mut draw = beside(-OFF_CORNER);
-    draw.held[own::TOPSPIN] |= draw.slope(own::TOPSPIN) < 0.0;
+    draw.sums.held[own::TOPSPIN] |= draw.slope(own::TOPSPIN) < 0.0;
     draw
 }
 
@@ -390,6 +390,6 @@ impl FilmBlock {
         // states of equal likelihood do not alternate
         let bonus = if spin.rolls { ROLL_BONUS } else { 0.0 };
         let inertia = if is_same { ROUGH } else { 0.0 };
-        Judged { spin: *spin, own, cost: sums.cost - bonus - inertia }
+        Judged { spin: *spin, own, cost: sums.sums.cost - bonus - inertia }
     }
 }

@@ -18,7 +18,7 @@ use crate::numerics::{SIGNIFICANT, median};
 use crate::problem::false_shots::{Squares, tail};
 use crate::problem::frames::Sight;
 use crate::problem::policy::Policy;
-use crate::problem::sums::Contribution;
+use crate::problem::sums::ShotSums;
 use crate::problem::unknowns::{Own, Shared};
 
 /// Frames of a block at the end of a track that is judged as a whole: a collision at the end is
@@ -56,7 +56,8 @@ pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Share
         sights.map(|sights| outlying(&sights, own[own::TIME], policy))
     };
     let all: Vec<[Vec<usize>; 2]> = film.shots.par_iter().zip(own).map(judge).collect();
-    for (shot, of_shot) in film.shots.iter_mut().zip(&all) {
+    let has_any = |(_, of_shot): &(&mut FilmedShot, &[Vec<usize>; 2])| !of_shot.concat().is_empty();
+    for (shot, of_shot) in film.shots.iter_mut().zip(&all).filter(has_any) {
         for (track, left_out) in Arc::make_mut(&mut shot.tracks).iter_mut().zip(of_shot) {
             for index in left_out {
                 track[*index].used = false;
@@ -85,8 +86,8 @@ pub(crate) fn outlying<const R: usize>(frames: &[Sight<R>], instant: f64, policy
 }
 
 /// Returns the squares of the residuals of the frames of each shot.
-pub(crate) fn squares(shots: &[Contribution]) -> Vec<Squares> {
-    let add_up = |shot: &Contribution| {
+pub(crate) fn squares(shots: &[ShotSums]) -> Vec<Squares> {
+    let add_up = |shot: &ShotSums| {
         let count: f64 = shot.noises.iter().map(|noise| noise.count).sum();
         let sum = shot.noises.iter().map(|noise| noise.weighted).sum();
         Squares { sum, count: (count - shot.count_free() as f64).max(1.0) }

@@ -195,9 +195,9 @@ impl Solution {
     /// their errors include those of what all shots share.
     #[must_use]
     pub(crate) fn own_estimates(&self, from: [f64; 2]) -> Vec<Vec<OwnEstimate>> {
-        let reduced = self.at.eliminate(&self.problem);
+        let reduced = self.at.reduced();
         let shots = (0..self.names.first().map_or(0, Vec::len)).into_par_iter();
-        let estimate = |i: usize| self.own_estimates_of(i, from, reduced.as_ref()?);
+        let estimate = |i: usize| self.own_estimates_of(i, from, reduced?);
         shots.map(|i| estimate(i).unwrap_or_default()).collect()
     }
 
@@ -274,6 +274,7 @@ impl Solution {
         let used = [0, 1].map(|ball| shot.tracks[ball].iter().filter(|frame| frame.used).collect::<Vec<_>>());
         let time = own[own::TIME];
         let [count, weighted] = sums
+            .sums
             .noises
             .iter()
             .fold([0.0; 2], |[count, weighted], noise| [count + noise.count, weighted + noise.weighted]);
@@ -282,7 +283,7 @@ impl Solution {
             shared_part: parts.iter().sum::<f64>() / parts.len() as f64,
             time,
             position_sd: film.noise[1].sd * typical_sd(&used[1]),
-            reduced_chi2: weighted / (count - (sums.count_free() + Id::OFFSETS.len()) as f64).max(1.0),
+            reduced_chi2: weighted / (count - (sums.sums.count_free() + Id::OFFSETS.len()) as f64).max(1.0),
             outliers: shot.tracks.iter().flatten().filter(|frame| frame.is_left_out()).count(),
             seen: used.map(|used| used.iter().map(|frame| (frame.time, frame.seen.into())).collect()),
             paths: film.paths(shot, &own, &shared)?,
@@ -295,7 +296,7 @@ impl Solution {
         let (matrix, _) = sums.system(&[&Id::OFFSETS[..], &CLOTH].concat());
         let free = OWN + Id::OFFSETS.len();
         let mut covariance = matrix.view((0, 0), (free, free)).into_owned().cholesky()?.inverse();
-        for place in (0..OWN).filter(|place| sums.held[*place]) {
+        for place in (0..OWN).filter(|place| sums.sums.held[*place]) {
             covariance[(place, place)] = 0.0;
         }
         let by_own = DMatrix::from_fn(quantities.len(), free, |row, column| {

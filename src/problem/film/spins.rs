@@ -300,6 +300,6 @@ impl ShotSpin {
         let slope = sums.slope(place);
         let is_at = |bound: f64| (value - bound).abs() < EXACT;
         let presses = is_at(self.bounds[0]) && slope > 0.0 || is_at(self.bounds[1]) && slope < 0.0;
-        sums.held[place] |= presses;
+        sums.sums.held[place] |= presses;
     }
 }

@@ -40,7 +40,7 @@ pub(crate) struct RowsBlock {
     pub(crate) contact: Contact,
     /// Number of shared unknowns that normal equations hold: the last that is not held, and those
     /// before it.
-    width: usize,
+    pub(crate) width: usize,
     /// Noises of numbers whose errors are not stated: of each pool.
     pub(crate) noises: Vec<Noise>,
     /// The observables of a unit, unless their noises differ.
@@ -122,7 +122,7 @@ impl RowsBlock {
             return Contribution::impossible(MOVING, self.width, noises);
         };
         let mut sums = Contribution::empty(MOVING, self.width, noises);
-        sums.sticks = predicted.sticks;
+        sums.sums.sticks = predicted.sticks;
         for residual in &predicted.rows {
             sums.add_number(residual.re, &gradient(residual).as_slice()[..MOVING + self.width]);
         }
@@ -130,12 +130,12 @@ impl RowsBlock {
             sums.add_prior((place, prior), own[place], &[]);
         }
         let loss = self.losses[shot.rows.len()];
-        sums.weigh(loss, sums.cost.sqrt());
-        let weight = sums.weight();
+        sums.weigh(loss, sums.sums.cost.sqrt());
+        let weight = sums.sums.weight();
         for (residual, noise) in predicted.rows.iter().zip(shot.noises()) {
             if let Some(noise) = noise {
-                sums.noises[noise].weighted += weight * weight * residual.re.powi(2) / loss.consistency;
-                sums.noises[noise].count += 1.0;
+                sums.sums.noises[noise].weighted += weight * weight * residual.re.powi(2) / loss.consistency;
+                sums.sums.noises[noise].count += 1.0;
             }
         }
         sums.or_impossible()

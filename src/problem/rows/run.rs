@@ -89,7 +89,7 @@ fn integrate_spins(problem: &Problem, at: &Evaluation) -> Option<Evaluation> {
         let mut state = at.state.clone();
         state.shared.0[column] += by;
         let there = descend(problem, problem.evaluate(state), &[], (MAX_STEPS, STALL)).end;
-        Some(there.eliminate(problem)?.own_ln_determinant)
+        Some(there.reduced()?.own_ln_determinant)
     };
     let slope = |column: &usize| {
         let step = VOLUME_STEP * estimates.sd(*column)?;

@@ -85,7 +85,7 @@ impl Table {
         let names = used.iter().map(|shot| shot.name.clone()).collect();
         let mut table = Self { problem, names, left_out, findings: Vec::new() };
         let at = table.problem.evaluate(table.start());
-        let is_informed = |id: &Id| at.shots[0].iter().any(|shot| shot.slopes_by(*id as usize));
+        let is_informed = |id: &Id| at.slopes_by(*id as usize);
         let free = table.problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free);
         let without_prior = free.filter(|unknown| unknown.prior.is_none()).map(|unknown| unknown.id);
         let unknowns: Vec<Id> = without_prior.filter(is_informed).collect();
@@ -279,8 +279,8 @@ pub(crate) struct TableNoise {
 
 /// Returns what is known of the noises that were estimated.
 pub(super) fn list_noises(problem: &Problem, at: &Evaluation, estimates: &Estimates) -> Vec<TableNoise> {
-    let (Some(rows), Some(reduced)) = (problem.rows(), at.eliminate(problem)) else { return Vec::new() };
-    let spent = rows.leverages(at, (&reduced, estimates), (0, &problem.samples[0]));
+    let (Some(rows), Some(reduced)) = (problem.rows(), at.reduced()) else { return Vec::new() };
+    let spent = rows.leverages(at, (reduced, estimates), (0, &problem.samples[0]));
     let sums = at.noises(0);
     let noise = |(which, pool): (usize, &Pool)| {
         let (NoiseSums { count, weighted, .. }, sd) = (sums[which], rows.noises[which].sd);
