@@ -74,7 +74,7 @@ impl<'a> Samples<'a> {
                     Some(group) => group,
                     None => whole.name.clone(),
                 };
-                all.add(dataset, title, film)?;
+                all.add(dataset.into_owned(), title, film)?;
             }
         }
         let is_fitted = |label: &usize| all.fitted.iter().any(|alone| alone.label == *label);

@@ -1,5 +1,6 @@
 //! Everything from a data set as it was loaded to its fits, as `caromfit fit` does it.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
@@ -43,7 +44,10 @@ pub fn fit_watched(
     let mut fits = Vec::new();
     for (label, mut part) in parts(dataset) {
         let begun = Instant::now();
-        part.settings = options.falling.applied(part.settings);
+        let settings = options.falling.applied(part.settings);
+        if settings != part.settings {
+            part.to_mut().settings = settings;
+        }
         let group = dataset.by.clone().zip(label);
         let request = Request { dataset: &part, group: group.as_ref(), options, done };
         let fit = match is_filmed(&part) {
@@ -58,7 +62,7 @@ pub fn fit_watched(
 
 /// Returns the parts of a data set, each with its label of `[fit] by`; one without a label is
 /// whole.
-pub(crate) fn parts(dataset: &Dataset) -> Vec<(Option<String>, Dataset)> {
+pub(crate) fn parts(dataset: &Dataset) -> Vec<(Option<String>, Cow<'_, Dataset>)> {
     let mut labels: Vec<String> = Vec::new();
     if let Some(by) = &dataset.by {
         let tracks = dataset.tracks.iter().filter(|_| dataset.shots.is_empty());
@@ -71,7 +75,7 @@ pub(crate) fn parts(dataset: &Dataset) -> Vec<(Option<String>, Dataset)> {
         }
     }
     if labels.is_empty() {
-        return vec![(None, dataset.clone())];
+        return vec![(None, Cow::Borrowed(dataset))];
     }
     let part = |label: String| {
         let mut part = dataset.clone();
@@ -83,7 +87,7 @@ pub(crate) fn parts(dataset: &Dataset) -> Vec<(Option<String>, Dataset)> {
         if let Some(tracks) = &mut part.tracks {
             tracks.shots.retain(|shot| has_label(&shot.labels));
         }
-        (Some(label), part)
+        (Some(label), Cow::Owned(part))
     };
     labels.into_iter().map(part).collect()
 }

@@ -1,5 +1,6 @@
 //! Films of balls with their fit: what it says of each shot.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -25,7 +26,10 @@ impl FittedFilm {
     #[must_use]
     pub(crate) fn new(solution: impl Into<Arc<Solution>>, dataset: &Dataset) -> Self {
         let (solution, read) = (solution.into(), dataset.tracks.as_ref());
-        let find_track = |name: &String| read?.shots.iter().find(|track| track.name == *name).cloned();
+        let shots = read.into_iter().flat_map(|tracks| &tracks.shots);
+        let shots: HashMap<&str, &TrackShot> = shots.map(|shot| (shot.name.as_str(), shot)).collect();
+        // all frames of large films do not fit in memory twice
+        let find_track = |name: &String| shots.get(name.as_str()).map(|shot| shot.without_positions());
         let tracks: Vec<TrackShot> = solution.names.iter().flatten().filter_map(find_track).collect();
         let impacts = tracks.par_iter().enumerate().filter_map(|(i, track)| solution.impact(i, track));
         let impacts = Arc::new(impacts.collect());

@@ -1,6 +1,8 @@
 //! Measurements as blocks: each kind predicts the numbers of its shots from unknowns of their own
 //! and those that they share.
 
+use std::sync::Arc;
+
 use super::discs::block::DiscBlock;
 use super::film::block::FilmBlock;
 use super::film::impact::{Contact, Correction};
@@ -109,7 +111,9 @@ impl Block {
     /// Takes shots instead of all; one may be taken several times.
     pub fn take(&mut self, indices: &[usize]) {
         match self {
-            Self::Film(film) => film.shots = indices.iter().map(|i| film.shots[*i].clone()).collect(),
+            Self::Film(film) => {
+                film.shots = Arc::new(indices.iter().map(|i| film.shots[*i].clone()).collect())
+            }
             Self::Discs(discs) => discs.take(indices),
             Self::Rows(rows) => rows.take(indices),
         }

@@ -1,10 +1,11 @@
 //! Effects beyond the closed form of a rigid contact, adopted if they make the data likelier by
 //! enough: a contact that is compliant along its surface, and weight and cloth during the contact.
 
+use super::evaluation::Evaluation;
 use super::findings::Finding;
 use super::minimise::{Descent, ENOUGH_SHOTS, FAR, Thinned, descend, descend_with_noise, thin};
 use super::policy::{COMPARED_STEPS, Policy, ROUGH};
-use super::problem::{Evaluation, Problem, State};
+use super::problem::{Problem, State};
 use super::unknowns::{Id, Mode};
 use crate::measurement::parameter::Compliance;
 use crate::physics::collision::Model;

@@ -5,7 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
-use super::problem::{Evaluation, Problem, Reduced};
+use super::evaluation::{Evaluation, Reduced};
+use super::problem::Problem;
 use super::solution::Solution;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode};

@@ -5,10 +5,11 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 use statrs::distribution::{ContinuousCDF, Normal as Gauss, StudentsT};
 
+use super::evaluation::Evaluation;
 use super::identifiability::worst_direction;
 use super::minimise::descend;
 use super::policy::{COMPARED_STEPS, STALL};
-use super::problem::{Evaluation, Problem, State};
+use super::problem::{Problem, State};
 use super::profile::{DIFFERENT, EDGE};
 use super::rows::table::TableNoise;
 use super::solution::Solution;

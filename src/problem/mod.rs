@@ -23,6 +23,7 @@
 mod block;
 mod discs;
 mod effects;
+mod evaluation;
 mod false_shots;
 mod film;
 mod findings;
@@ -76,9 +77,10 @@ pub(crate) use unknowns::Normal;
 pub(crate) use {
     block::Block,
     effects::comply,
+    evaluation::Evaluation,
     film::own,
     minimise::{Descent, MUS, descend, descend_with_noise},
-    problem::{Evaluation, Problem, Sample, State},
+    problem::{Problem, Sample, State},
     uncertainty::{Estimates, robust_covariance},
     unknowns::{Mode, Own, Shared, Unknown},
 };

@@ -3,7 +3,8 @@
 //! Biometrika 58, 545).
 
 use super::block::Block;
-use super::problem::{Eliminated, Evaluation, Problem, Reduced, Sample};
+use super::evaluation::{Eliminated, Evaluation, Reduced};
+use super::problem::{Problem, Sample};
 use super::sums::{Noise, NoiseSums, Scattered, ShotSums, Spread};
 use super::uncertainty::Estimates;
 use crate::extraction::MIN_RHO;

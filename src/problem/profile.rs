@@ -7,8 +7,9 @@ use std::f64::consts::TAU;
 use nalgebra::{DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
+use super::evaluation::Evaluation;
 use super::minimise::descend;
-use super::problem::{Evaluation, Problem};
+use super::problem::Problem;
 use super::solution::Solution;
 use super::unknowns::Id;
 

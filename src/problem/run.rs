@@ -214,7 +214,7 @@ impl<'a> Run<'a> {
         let (first, start) = &mut self.first;
         first.retain(0, start, keep);
         if let Some((first, film)) = first.film_mut().zip(self.problem.film()) {
-            for (first, shot) in first.shots.iter_mut().zip(&film.shots) {
+            for (first, shot) in Arc::make_mut(&mut first.shots).iter_mut().zip(film.shots.iter()) {
                 first.tracks = Arc::clone(&shot.tracks);
             }
         }

@@ -7,10 +7,11 @@ use rayon::prelude::*;
 use statrs::distribution::ContinuousCDF;
 
 use super::block::Block;
+use super::evaluation::Evaluation;
 use super::findings::{Finding, Severity, worst};
 use super::minimise::Descent;
 use super::noise::minus_two_log;
-use super::problem::{Evaluation, Problem, Sample, State};
+use super::problem::{Problem, Sample, State};
 use super::sums::{Noise, ShotSums};
 use super::uncertainty::{Estimates, Share};
 use super::unknowns::{Id, Mode, Normal};

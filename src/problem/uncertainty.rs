@@ -3,8 +3,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::evaluation::{Evaluation, Reduced};
 use super::policy::{Policy, STALL};
-use super::problem::{Evaluation, Problem, Reduced, State};
+use super::problem::{Problem, State};
 use super::sums::Part;
 use super::unknowns::{Id, Mode, Unknown};
 

@@ -94,7 +94,7 @@ impl FilmedShot {
 /// Frames of balls.
 #[derive(Clone)]
 pub(crate) struct FilmBlock {
-    pub(crate) shots: Vec<FilmedShot>,
+    pub(crate) shots: Arc<Vec<FilmedShot>>,
     /// Spreads from shot to shot: of topspin, side spin, and what else scatters.
     pub(crate) spreads: [Spread; SPREADS],
     pub(crate) contact: Contact,
@@ -235,7 +235,7 @@ impl FilmBlock {
         }
         // ½ · 0.1 g t²
         let reach = (2.0 * COARSE_SD / (0.1 * GRAVITY)).sqrt();
-        for (shot, own) in self.shots.iter_mut().zip(own) {
+        for (shot, own) in Arc::make_mut(&mut self.shots).iter_mut().zip(own) {
             let reach = reach.max(COARSE_FRAMES as f64 / shot.fps);
             for frame in Arc::make_mut(&mut shot.tracks).iter_mut().flatten() {
                 frame.used &= (frame.time - own[own::TIME]).abs() < reach;
@@ -245,7 +245,7 @@ impl FilmBlock {
 
     /// Makes all balls of unknown spin slide; returns whether there are any.
     pub(crate) fn slide(&mut self) -> bool {
-        let spins = self.shots.iter_mut().map(|shot| &mut shot.spin);
+        let spins = Arc::make_mut(&mut self.shots).iter_mut().map(|shot| &mut shot.spin);
         let unknown = spins.filter(|spin| spin.is_unknown());
         unknown.map(|spin| *spin = ShotSpin::UNKNOWN_SLIDING).count() > 0
     }
@@ -260,7 +260,7 @@ impl FilmBlock {
     pub(crate) fn weigh(&mut self, own: &[Own], shared: &Shared) {
         let contact = self.contact.with_weight();
         self.contact = contact;
-        self.shots.par_iter_mut().zip(own).for_each(|(shot, own)| {
+        Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).for_each(|(shot, own)| {
             let cue = cue_before(&shot.spin, shared, &own_inputs(own), &contact.object());
             shot.correction = contact.correct(&cue, shared).unwrap_or_else(Correction::zeros);
         });
@@ -269,7 +269,7 @@ impl FilmBlock {
     /// Counts the picture in another unit and from another middle: a place becomes `factor`·place +
     /// `by`.
     pub(crate) fn move_picture(&mut self, factor: f64, by: Point) {
-        for shot in &mut self.shots {
+        for shot in Arc::make_mut(&mut self.shots) {
             let balls = Arc::make_mut(&mut shot.tracks).iter_mut();
             let markers = Arc::make_mut(&mut shot.markers).iter_mut().map(|marker| &mut marker.frames);
             for frame in balls.chain(markers).flatten() {
@@ -359,7 +359,10 @@ impl FilmBlock {
     /// changed.
     pub(crate) fn choose_states(&mut self, own: &mut [Own], shared: &Shared) -> bool {
         let (camera, radius) = (Camera::new(shared), self.contact.object().radius);
-        let shots = self.shots.par_iter_mut().zip(&mut *own);
+        if self.shots.iter().all(|shot| shot.spin.states == States::One && shot.markers.is_empty()) {
+            return false;
+        }
+        let shots = Arc::make_mut(&mut self.shots).par_iter_mut().zip(&mut *own);
         shots.for_each(|(shot, own)| shot.measure_spins(own, camera, radius));
         let judge = |(shot, own): (&FilmedShot, &Own)| {
             let candidates = shot.spin.candidates().into_iter();
@@ -369,7 +372,7 @@ impl FilmBlock {
         };
         let best: Vec<Option<Judged>> = self.shots.par_iter().zip(&*own).map(judge).collect();
         let mut changed = false;
-        for ((shot, own), best) in self.shots.iter_mut().zip(own).zip(best) {
+        for ((shot, own), best) in Arc::make_mut(&mut self.shots).iter_mut().zip(own).zip(best) {
             let Some(Judged { spin, own: values, .. }) = best else { continue };
             changed |= !spin.is_same_state(&shot.spin);
             (shot.spin, *own) = (spin, values);

@@ -1,12 +1,15 @@
 //! Causes of residuals: effects that the model leaves out, and stated quantities that the frames
 //! contradict. Each is a changed problem, refitted, that is adopted if χ² decreases by enough.
 
+use std::sync::Arc;
+
 use super::priors::{RATE_SD, of_unknown_spins};
 use super::spins::ShotSpin;
+use crate::problem::evaluation::Evaluation;
 use crate::problem::findings::Finding;
 use crate::problem::minimise::{Descent, descend_with_noise, fit};
 use crate::problem::policy::Policy;
-use crate::problem::problem::{Evaluation, Problem, State};
+use crate::problem::problem::{Problem, State};
 use crate::problem::sums::Noise;
 use crate::problem::uncertainty::{Estimates, Suspect};
 use crate::problem::unknowns::{Id, Mode, Normal, Shared, Unknown};
@@ -174,7 +177,7 @@ pub(crate) fn spin_freely(
     let start = State { shared: Shared::starts(&free.unknowns), ..first.clone() };
     let film = free.film_mut()?;
     film.noise = noise;
-    film.shots.iter_mut().for_each(|shot| shot.spin = ShotSpin::UNKNOWN);
+    Arc::make_mut(&mut film.shots).iter_mut().for_each(|shot| shot.spin = ShotSpin::UNKNOWN);
     let descent = fit(&mut free, &start)?;
     let state = &descent.end.state;
     // at the noise of the first fit

@@ -110,7 +110,7 @@ impl Film<FilmBlock> {
         }
         let loss = choices.loss.unwrap_or(dataset.loss);
         let block = FilmBlock {
-            shots,
+            shots: Arc::new(shots),
             spreads: first_spreads(dataset.side_sd),
             contact: Contact::new(&model, &unknowns),
             noise: [noise; 2],

@@ -57,7 +57,7 @@ pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Share
     };
     let all: Vec<[Vec<usize>; 2]> = film.shots.par_iter().zip(own).map(judge).collect();
     let has_any = |(_, of_shot): &(&mut FilmedShot, &[Vec<usize>; 2])| !of_shot.concat().is_empty();
-    for (shot, of_shot) in film.shots.iter_mut().zip(&all).filter(has_any) {
+    for (shot, of_shot) in Arc::make_mut(&mut film.shots).iter_mut().zip(&all).filter(has_any) {
         for (track, left_out) in Arc::make_mut(&mut shot.tracks).iter_mut().zip(of_shot) {
             for index in left_out {
                 track[*index].used = false;
@@ -138,7 +138,7 @@ pub(crate) fn spoiled(film: &FilmBlock, own: &[Own], shared: &Shared) -> Option<
 
 /// Leaves out the frames of all shots that are so near to their impacts.
 pub(crate) fn leave_out_spoiled(film: &mut FilmBlock, own: &[Own], reach: [usize; 2]) {
-    for (shot, own) in film.shots.iter_mut().zip(own) {
+    for (shot, own) in Arc::make_mut(&mut film.shots).iter_mut().zip(own) {
         let [before, after] = reach.map(|frames| (frames as f64 - 0.5).max(0.0) / shot.fps);
         let instant = own[own::TIME];
         for frame in Arc::make_mut(&mut shot.tracks).iter_mut().flatten() {

@@ -76,7 +76,7 @@ pub(crate) fn information(
     (model, unknowns, shared): (&Model, &[Unknown], &Shared),
 ) -> Result<Vec<Option<DMatrix<f64>>>, NotACollision> {
     let mut film = FilmBlock {
-        shots: Vec::new(),
+        shots: Arc::default(),
         spreads: first_spreads(0.0),
         contact: Contact::new(model, unknowns),
         noise: [Noise { sd: filming.sd, rho: 0.0 }; 2],

@@ -10,6 +10,7 @@ use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
 use crate::numerics::EXACT;
 use crate::problem::effects::choose_effects;
+use crate::problem::evaluation::Evaluation;
 use crate::problem::false_shots::{Squares, candidates, judge, tail};
 use crate::problem::film::causes::{self, Refit};
 use crate::problem::findings::Finding;
@@ -18,7 +19,7 @@ use crate::problem::minimise::{
     Descent, ENOUGH_SHOTS, MAX_STEPS, descend, descend_from_grid, descend_with_noise,
 };
 use crate::problem::policy::{Choices, Policy, STALL};
-use crate::problem::problem::{Evaluation, Problem, State};
+use crate::problem::problem::{Problem, State};
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::{Estimates, robust_covariance};
 use crate::problem::unknowns::{Id, Mode};

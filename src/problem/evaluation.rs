@@ -1,0 +1,284 @@
+//! χ² and the normal equations of a problem at a state, with the elimination of what each shot has
+//! of its own.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
+
+use super::problem::{Problem, State};
+use super::sums::{Contribution, NoiseSums, ShotSums};
+use super::unknowns::{Own, SHARED};
+
+/// A state, its cost, and the normal equations there.
+#[derive(Clone)]
+pub(crate) struct Evaluation {
+    pub(crate) state: State,
+    /// χ² with Huber's loss and the priors; infinite if the state describes no collision.
+    pub(crate) cost: f64,
+    /// Sums of each shot of each sample.
+    pub(crate) shots: Arc<Vec<Vec<ShotSums>>>,
+    /// Squares of the derivatives by each unknown, added up over all numbers.
+    slopes: DVector<f64>,
+    reduced: Option<Arc<Reduced>>,
+}
+
+/// Own unknowns of a shot after elimination.
+pub(crate) struct Eliminated {
+    /// Response of the own unknowns to the shared ones, and in the last column to the residuals.
+    response: DMatrix<f64>,
+    /// Factor of the normal matrix of the own unknowns.
+    factor: Cholesky<f64, Dyn>,
+}
+
+impl Eliminated {
+    /// Returns the covariance of the own unknowns at given shared ones.
+    pub(crate) fn covariance(&self) -> DMatrix<f64> {
+        self.factor.inverse()
+    }
+
+    /// Returns the variance at given shared unknowns of a number with these derivatives.
+    pub(crate) fn variance(&self, by: &DVector<f64>) -> f64 {
+        let by = by.rows(0, self.response.nrows());
+        by.dot(&self.factor.solve(&by))
+    }
+}
+
+/// Batches of shots whose normal equations are added up before those of others, so that roundings do
+/// not depend on the number of cores: at most so many, with at least so many shots each.
+const BATCHES: usize = 256;
+const MIN_BATCH: usize = 4;
+
+/// Normal equations of some shots of a sample.
+struct Batch {
+    shots: Vec<ShotSums>,
+    /// `None` for a shot that does not determine one of its unknowns.
+    own: Vec<Option<Eliminated>>,
+    /// Shared unknowns and the residual, before and after elimination of the own ones.
+    whole: DMatrix<f64>,
+    reduced: DMatrix<f64>,
+}
+
+impl Batch {
+    fn of(contributions: impl Iterator<Item = Contribution>, width: usize) -> Self {
+        let whole = DMatrix::zeros(width, width);
+        let mut batch = Self { shots: Vec::new(), own: Vec::new(), reduced: whole.clone(), whole };
+        for shot in contributions {
+            let first = shot.sums.held.len();
+            let shared = shot.products.view((first, first), (width, width));
+            batch.whole += shared;
+            batch.reduced += shared;
+            let (matrix, beside) = shot.own_system();
+            let eliminated = matrix.cholesky().map(|factor| {
+                let response = factor.solve(&beside);
+                batch.reduced.gemm(-1.0, &beside.transpose(), &response, 1.0);
+                Eliminated { response, factor }
+            });
+            batch.own.push(eliminated);
+            batch.shots.push(shot.sums);
+        }
+        batch
+    }
+}
+
+/// Normal equations of the shared unknowns after elimination of the own ones.
+pub(crate) struct Reduced {
+    /// Shared unknowns and the residual.
+    products: DMatrix<f64>,
+    /// Squares of the weighted residuals and of the priors' pulls before any step.
+    squares: f64,
+    pub(crate) own: Vec<Vec<Eliminated>>,
+    /// Logarithm of the determinant of the own unknowns' normal matrices.
+    pub(crate) own_ln_determinant: f64,
+    pub(crate) columns: Vec<[usize; SHARED]>,
+}
+
+impl Problem {
+    /// Returns the contribution of shot `i` of a sample at a state.
+    pub(crate) fn contribute(&self, state: &State, (number, i): (usize, usize)) -> Contribution {
+        let sample = &self.samples[number];
+        sample.block.contribute(i, &state.own[number][i], &sample.gather(&state.shared))
+    }
+
+    /// Returns χ² and the normal equations at `state`.
+    pub fn evaluate(&self, state: State) -> Evaluation {
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
+        let last = self.unknowns.len();
+        let mut whole = DMatrix::zeros(last + 1, last + 1);
+        let mut products = whole.clone();
+        let (mut all, mut own) = (Vec::new(), Vec::new());
+        for (sample, values) in self.samples.iter().zip(&state.own) {
+            let shared = sample.gather(&state.shared);
+            let width = sample.block.shared() + 1;
+            let size = values.len().div_ceil(BATCHES).max(MIN_BATCH);
+            let add_up = |(batch, values): (usize, &[Own])| {
+                let shots = values.iter().zip(size * batch..);
+                Batch::of(shots.map(|(own, i)| sample.block.contribute(i, own, &shared)), width)
+            };
+            let batches: Vec<Batch> = values.par_chunks(size).enumerate().map(add_up).collect();
+            let place = |i: usize| if i + 1 == width { last } else { sample.columns[i] };
+            let (mut sums, mut eliminated) = (Vec::new(), Vec::new());
+            for batch in batches {
+                for (total, own) in [(&mut whole, &batch.whole), (&mut products, &batch.reduced)] {
+                    for (i, j) in (0..width).flat_map(|j| (0..=j).map(move |i| (i, j))) {
+                        let (a, b) = (place(i).min(place(j)), place(i).max(place(j)));
+                        total[(a, b)] += own[(i, j)];
+                    }
+                }
+                sums.extend(batch.shots);
+                eliminated.extend(batch.own);
+            }
+            all.push(sums);
+            own.push(eliminated.into_iter().collect::<Option<Vec<Eliminated>>>());
+        }
+        let slopes = whole.diagonal();
+        let mut squares = slopes[last];
+        let mut cost = all.iter().flatten().map(|shot: &ShotSums| shot.cost).sum::<f64>();
+        for (i, (unknown, x)) in self.unknowns.iter().zip(&state.shared.0).enumerate() {
+            let Some(normal) = unknown.active_prior() else { continue };
+            let pull = normal.pull(*x);
+            products[(i, i)] += normal.sd.powi(-2);
+            products[(i, last)] += pull / normal.sd;
+            products[(last, last)] += pull * pull;
+            squares += pull * pull;
+            cost += pull * pull;
+        }
+        let is_finite = products.iter().all(|x: &f64| x.is_finite());
+        let own: Option<Vec<_>> = own.into_iter().collect();
+        let reduced = own.filter(|_| is_finite).map(|own| {
+            let ln_determinants = own.iter().flatten().map(|own| own.factor.ln_determinant());
+            let columns = self.samples.iter().map(|sample| sample.columns).collect();
+            Arc::new(Reduced { products, squares, own_ln_determinant: ln_determinants.sum(), own, columns })
+        });
+        let cost = if cost.is_finite() { cost } else { f64::INFINITY };
+        Evaluation { state, cost, shots: Arc::new(all), slopes, reduced }
+    }
+
+    /// Computes again what weight and cloth do during the contact if a sample has it.
+    pub(crate) fn weigh_again(&mut self, at: &mut Evaluation) {
+        if self.is_weighed() {
+            self.weigh(&at.state);
+            *at = self.evaluate(at.state.clone());
+        }
+    }
+}
+
+impl Evaluation {
+    /// Returns the same state with another cost.
+    pub(crate) fn costing(self, cost: f64) -> Self {
+        Self { cost, ..self }
+    }
+
+    /// Returns the number of shots whose contact sticks.
+    pub(crate) fn count_sticking(&self) -> usize {
+        self.shots.iter().flatten().filter(|shot| shot.sticks).count()
+    }
+
+    /// Returns the sums of each noise of a sample over its shots.
+    pub(crate) fn noises(&self, sample: usize) -> Vec<NoiseSums> {
+        let mut shots = self.shots[sample].iter();
+        let Some(first) = shots.next() else { return Vec::new() };
+        let mut sums = first.noises.clone();
+        for shot in shots {
+            for (sum, of_shot) in sums.iter_mut().zip(&shot.noises) {
+                sum.add(of_shot);
+            }
+        }
+        sums
+    }
+
+    /// Returns whether a number depends on the shared unknown of this column.
+    pub(crate) fn slopes_by(&self, column: usize) -> bool {
+        self.slopes[column] > 0.0
+    }
+
+    /// Returns the normal equations after elimination of the own unknowns; `None` if a shot does not
+    /// determine one of its own.
+    pub(crate) fn reduced(&self) -> Option<&Reduced> {
+        self.reduced.as_deref()
+    }
+}
+
+impl Reduced {
+    fn last(&self) -> usize {
+        self.products.ncols() - 1
+    }
+
+    /// Returns whether χ² depends on an unknown: friction has no part in contacts that all stick.
+    pub(crate) fn informs(&self, column: usize) -> bool {
+        self.products[(column, column)] > 0.0
+    }
+
+    /// Returns half of d²χ²/dx² with respect to the unknowns `columns`.
+    pub fn matrix(&self, columns: &[usize]) -> DMatrix<f64> {
+        DMatrix::from_fn(columns.len(), columns.len(), |i, j| {
+            let (i, j) = (columns[i], columns[j]);
+            self.products[(i.min(j), i.max(j))]
+        })
+    }
+
+    /// Returns half of dχ²/dx with respect to the unknowns `columns`.
+    pub fn gradient(&self, columns: &[usize]) -> DVector<f64> {
+        DVector::from_fn(columns.len(), |i, _| self.products[(columns[i], self.last())])
+    }
+
+    /// Returns the decrease of a quadratic χ² with a step of the unknowns `columns` that the own
+    /// ones follow, these by the part `follow` of their way to the minimum.
+    pub fn promise(&self, columns: &[usize], step: &DVector<f64>, follow: f64) -> f64 {
+        let shared = 2.0 * self.gradient(columns).dot(step) + step.dot(&(self.matrix(columns) * step));
+        let own = self.squares - self.products[(self.last(), self.last())];
+        follow * (2.0 - follow) * own - shared
+    }
+
+    /// Returns the least value of a quadratic χ² over these unknowns and all own ones, and the
+    /// logarithm of the determinant of their normal matrix.
+    pub fn least(&self, columns: &[usize]) -> Option<(f64, f64)> {
+        let cholesky = self.matrix(columns).cholesky()?;
+        let gradient = self.gradient(columns);
+        let least = self.products[(self.last(), self.last())] - gradient.dot(&cholesky.solve(&gradient));
+        Some((least, self.own_ln_determinant + cholesky.ln_determinant()))
+    }
+
+    /// Returns the derivatives of own unknowns of shot `i` of a sample by these shared unknowns: a
+    /// row each.
+    pub fn response(&self, sample: usize, i: usize, columns: &[usize]) -> DMatrix<f64> {
+        let response = &self.own[sample][i].response;
+        let mut by = DMatrix::zeros(response.nrows(), columns.len());
+        for (local, column) in self.columns[sample].iter().enumerate().take(response.ncols() - 1) {
+            if let Some(j) = columns.iter().position(|other| other == column) {
+                by.column_mut(j).axpy(-1.0, &response.column(local), 1.0);
+            }
+        }
+        by
+    }
+
+    /// Returns the state after a step of the unknowns `columns`, the own ones following by a part of
+    /// their way to the minimum.
+    pub fn step(
+        &self,
+        problem: &Problem,
+        from: &State,
+        (columns, by): (&[usize], &DVector<f64>),
+        follow: f64,
+    ) -> State {
+        let mut state = from.clone();
+        for (column, by) in columns.iter().zip(by.iter()) {
+            state.shared.0[*column] += by;
+        }
+        for (s, sample) in problem.samples.iter().enumerate() {
+            // the step in the order of the sample's unknowns
+            let step_of =
+                |column: &usize| columns.iter().position(|other| other == column).map_or(0.0, |j| by[j]);
+            let step = DVector::from_iterator(SHARED, sample.columns.iter().map(step_of));
+            state.own[s].par_iter_mut().enumerate().for_each(|(i, own)| {
+                let response = &self.own[s][i].response;
+                let last = response.ncols() - 1;
+                let moved =
+                    &*own - response.columns(0, last) * step.rows(0, last) - response.column(last) * follow;
+                *own = sample.block.bounded(i, own, moved);
+            });
+        }
+        state
+    }
+}
