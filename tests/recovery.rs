@@ -11,9 +11,11 @@ const SEEDS: usize = 200;
 /// Fits many data sets and compares errors with what the fits say of them.
 fn check(kind: &str, cue_spin: &[&str], depth: Depth) {
     let seeds = 0..count("CAROMFIT_SETS", SEEDS) as u64;
-    let fits: Vec<Fit> =
-        seeds.map(|seed| options::fitted(&made(&spec(kind, cue_spin, 40, seed)), depth)).collect();
-    assert!(fits.iter().all(|fit| fit.estimates()[..3].iter().all(|found| found.status == Status::Free)));
+    let of = |seed: u64| options::fitted(&made(&spec(kind, cue_spin, 40, seed)), depth);
+    let is_free = |fit: &Fit| fit.estimates()[..3].iter().all(|found| found.status == Status::Free);
+    // a mass ratio that is three errors off may put μ_s on its bound: one of 1000 does
+    let (fits, at_bounds): (Vec<Fit>, Vec<Fit>) = seeds.map(of).partition(is_free);
+    assert!(400 * at_bounds.len() < fits.len(), "{} at bounds", at_bounds.len());
     check_errors(&fits, &Parameter::COEFFICIENTS, &TRUTH);
     let chi2: f64 = fits.iter().map(|fit| fit.chi2() / fit.dof() as f64).sum::<f64>() / fits.len() as f64;
     // of 200 data sets with some 150 degrees of freedom each: ±0.008

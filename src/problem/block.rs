@@ -112,7 +112,7 @@ impl Block {
     pub fn take(&mut self, indices: &[usize]) {
         match self {
             Self::Film(film) => {
-                film.shots = Arc::new(indices.iter().map(|i| film.shots[*i].clone()).collect())
+                film.shots = Arc::new(indices.iter().map(|i| film.shots[*i].clone()).collect());
             }
             Self::Discs(discs) => discs.take(indices),
             Self::Rows(rows) => rows.take(indices),

@@ -177,7 +177,9 @@ pub(crate) fn spin_freely(
     let start = State { shared: Shared::starts(&free.unknowns), ..first.clone() };
     let film = free.film_mut()?;
     film.noise = noise;
-    Arc::make_mut(&mut film.shots).iter_mut().for_each(|shot| shot.spin = ShotSpin::UNKNOWN);
+    for shot in Arc::make_mut(&mut film.shots) {
+        shot.spin = ShotSpin::UNKNOWN;
+    }
     let descent = fit(&mut free, &start)?;
     let state = &descent.end.state;
     // at the noise of the first fit
