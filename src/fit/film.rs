@@ -28,9 +28,14 @@ impl FittedFilm {
         let (solution, read) = (solution.into(), dataset.tracks.as_ref());
         let shots = read.into_iter().flat_map(|tracks| &tracks.shots);
         let shots: HashMap<&str, &TrackShot> = shots.map(|shot| (shot.name.as_str(), shot)).collect();
-        // all frames of large films do not fit in memory twice
-        let find_track = |name: &String| shots.get(name.as_str()).map(|shot| shot.without_positions());
-        let tracks: Vec<TrackShot> = solution.names.iter().flatten().filter_map(find_track).collect();
+        // without the positions: those of large films do not fit in memory twice
+        let source = |name: &String| {
+            let shot = *shots.get(name.as_str())?;
+            let (name, file, labels) = (shot.name.clone(), shot.file.clone(), shot.labels.clone());
+            let (cue, object, markers) = (Vec::new(), Vec::new(), shot.markers.clone());
+            Some(TrackShot { name, file, labels, cue, object, markers, ..*shot })
+        };
+        let tracks: Vec<TrackShot> = solution.names.iter().flatten().filter_map(source).collect();
         let impacts = tracks.par_iter().enumerate().filter_map(|(i, track)| solution.impact(i, track));
         let impacts = Arc::new(impacts.collect());
         let scale_sd = read.and_then(|tracks| tracks.scale_sd).unwrap_or(0.0);

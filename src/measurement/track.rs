@@ -41,19 +41,6 @@ pub struct TrackShot {
 }
 
 impl TrackShot {
-    /// Returns what is known of the shot beside the positions of the balls.
-    pub(crate) fn without_positions(&self) -> Self {
-        Self {
-            name: self.name.clone(),
-            file: self.file.clone(),
-            labels: self.labels.clone(),
-            cue: Vec::new(),
-            object: Vec::new(),
-            markers: self.markers.clone(),
-            ..*self
-        }
-    }
-
     /// Returns whether the noise of every position is stated.
     pub(crate) fn states_noise(&self) -> bool {
         self.position_sd.is_some() || self.cue.iter().chain(&self.object).all(|sample| sample.sd.is_some())
