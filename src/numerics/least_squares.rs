@@ -49,8 +49,9 @@ pub trait SumOfSquares {
     /// Returns how much of the sum is rounding.
     fn rounding(&self, at: &Self::Evaluation) -> f64;
 
-    /// Returns the step to the least value of the quadratic approximation within the bounds, with
-    /// `damping` added to the diagonal of its normal equations; `None` if they cannot be solved.
+    /// Returns the step to the least value of the quadratic approximation within the bounds,
+    /// shortened by `damping`: added to the diagonal of the normal equations as a part of it, or as
+    /// a factor 1/(1 + damping). `None` if they cannot be solved.
     fn step(&self, at: &Self::Evaluation, damping: f64) -> Option<Step<Self::State>>;
 }
 

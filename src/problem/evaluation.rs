@@ -21,6 +21,7 @@ pub(crate) struct Evaluation {
     pub(crate) shots: Arc<Vec<Vec<ShotSums>>>,
     /// Squares of the derivatives by each unknown, added up over all numbers.
     slopes: DVector<f64>,
+    /// `None` if a shot does not determine one of its own unknowns.
     reduced: Option<Arc<Reduced>>,
 }
 
@@ -45,8 +46,8 @@ impl Eliminated {
     }
 }
 
-/// Batches of shots whose normal equations are added up before those of others, so that roundings do
-/// not depend on the number of cores: at most so many, with at least so many shots each.
+/// Most batches that the shots of a sample are added up in, and least number of shots of one. Batches
+/// do not depend on the number of cores, so that roundings do not either.
 const BATCHES: usize = 256;
 const MIN_BATCH: usize = 4;
 
@@ -55,12 +56,14 @@ struct Batch {
     shots: Vec<ShotSums>,
     /// `None` for a shot that does not determine one of its unknowns.
     own: Vec<Option<Eliminated>>,
-    /// Shared unknowns and the residual, before and after elimination of the own ones.
+    /// JᵀJ by the shared unknowns, and the residual as the last column (upper triangle).
     whole: DMatrix<f64>,
+    /// `whole` after elimination of the own unknowns.
     reduced: DMatrix<f64>,
 }
 
 impl Batch {
+    /// Adds up the contributions of shots, of which `width` − 1 shared unknowns have a part.
     fn of(contributions: impl Iterator<Item = Contribution>, width: usize) -> Self {
         let whole = DMatrix::zeros(width, width);
         let mut batch = Self { shots: Vec::new(), own: Vec::new(), reduced: whole.clone(), whole };

@@ -8,6 +8,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use super::film::shots::VELOCITIES;
 use super::rows::prediction::Deviations;
 use super::solution::Solution;
+use super::sums::Contribution;
 use super::uncertainty::OWN_PART;
 use super::unknowns::Id;
 
@@ -44,17 +45,23 @@ pub(crate) struct ShiftScore {
     pub(crate) beside: DVector<f64>,
 }
 
-impl Solution {
-    /// Returns the outcome offsets of shot `i` of a sample; `None` if its frames do not determine
-    /// them.
-    pub(crate) fn offsets(&self, sample: usize, i: usize) -> Option<Offsets> {
-        let (information, gradient) =
-            self.problem.contribute(self.state(), (sample, i)).reduced(&Id::OFFSETS)?;
+impl Offsets {
+    /// Returns the offsets of a shot; `None` if its numbers do not determine them.
+    fn of(shot: &Contribution) -> Option<Self> {
+        let (information, gradient) = shot.reduced(&Id::OFFSETS)?;
         let covariance = information.cholesky()?.inverse();
         let values = -(&covariance * gradient);
         let covariance = Matrix4::from_fn(|a, b| covariance[(a, b)]);
         let is_finite = covariance.iter().all(|c| c.is_finite());
-        is_finite.then_some(Offsets { values: Vector4::from_fn(|a, _| values[a]), covariance })
+        is_finite.then_some(Self { values: Vector4::from_fn(|a, _| values[a]), covariance })
+    }
+}
+
+impl Solution {
+    /// Returns the outcome offsets of shot `i` of a sample; `None` if its frames do not determine
+    /// them.
+    pub(crate) fn offsets(&self, sample: usize, i: usize) -> Option<Offsets> {
+        Offsets::of(&self.problem.contribute(self.state(), (sample, i)))
     }
 
     /// Returns the deviations of each shot of the only sample, a table or a film of balls.
@@ -72,12 +79,13 @@ impl Solution {
     /// the model's, in the frame of the table.
     fn deviations_of_film(&self, i: usize) -> Option<Deviations> {
         let motion = self.motion(i)?;
-        let Offsets { values, covariance } = self.offsets(0, i)?;
+        let contribution = self.problem.contribute(self.state(), (0, i));
+        let Offsets { values, covariance } = Offsets::of(&contribution)?;
         let (sin, cos) = motion.direction.sin_cos();
         let turn = matrix![cos, -sin, 0.0, 0.0; sin, cos, 0.0, 0.0; 0.0, 0.0, cos, -sin; 0.0, 0.0, sin, cos];
         let ids: Vec<Id> = self.own_columns().iter().map(|(_, id)| *id).chain(Id::OFFSETS).collect();
         let shared = ids.len() - Id::OFFSETS.len();
-        let (information, _) = self.problem.contribute(self.state(), (0, i)).reduced(&ids)?;
+        let (information, _) = contribution.reduced(&ids)?;
         let beside = turn * covariance * information.view((shared, 0), (Id::OFFSETS.len(), shared));
         let mut by = DMatrix::zeros(Id::OFFSETS.len(), Id::ALL.len());
         for (place, id) in ids[..shared].iter().enumerate() {
