@@ -5,11 +5,8 @@
 //! - Nielsen, H. B. (1999). Damping parameter in Marquardt's method. Technical University of
 //!   Denmark, report IMM-REP-1999-05.
 
-use std::sync::Arc;
-
 use argmin::core::{
-    Error, Executor, IterState, KV, OptimizationResult, Problem, Solver, State, TerminationReason,
-    TerminationStatus,
+    Error, Executor, IterState, KV, Problem, Solver, State, TerminationReason, TerminationStatus,
 };
 
 /// Share of a sum that is rounding. A descent gives up when the undamped part of a diagonal is,
@@ -38,7 +35,7 @@ pub trait SumOfSquares {
     /// Values of all unknowns.
     type State;
     /// The sum at a state, with what a step from there needs.
-    type Evaluation: Clone;
+    type Evaluation;
 
     /// Evaluates the sum and its derivatives at a state.
     fn evaluate(&self, state: Self::State) -> Self::Evaluation;
@@ -89,10 +86,9 @@ pub struct Descending {
 /// Descends from `at` to a minimum.
 pub fn descend<S: SumOfSquares>(squares: &S, at: S::Evaluation, how: Descending) -> Descent<S::Evaluation> {
     let Descending { damping, steps, stall } = how;
-    let cost = squares.sum(&at);
-    let start = Arc::new(at);
-    let state = Iterate::new().param(Arc::clone(&start)).cost(cost).max_iters(steps as u64);
-    let solver = Marquardt {
+    let state = Iterate::new().cost(squares.sum(&at)).max_iters(steps as u64);
+    let mut solver = Marquardt {
+        at,
         damping,
         growth: AFTER_LOSS,
         stall,
@@ -103,21 +99,18 @@ pub fn descend<S: SumOfSquares>(squares: &S, at: S::Evaluation, how: Descending)
         is_blocked: false,
         converged: None,
     };
-    let run = Executor::new(squares, solver).configure(|_| state).timer(false).run();
-    let (end, converged, steps) = match run {
-        Ok(OptimizationResult { solver, mut state, .. }) => {
-            (state.take_param(), solver.converged == Some(true), state.iter)
-        }
-        Err(_) => (None, false, 0),
-    };
-    Descent { end: Arc::unwrap_or_clone(end.unwrap_or(start)), converged, steps }
+    let run = Executor::new(squares, &mut solver).configure(|_| state).timer(false).run();
+    let steps = run.map_or(0, |run| run.state.iter);
+    Descent { end: solver.at, converged: solver.converged == Some(true), steps }
 }
 
-/// The state that argmin passes between iterations.
-type Iterate<E> = IterState<Arc<E>, (), (), (), (), f64>;
+/// The state that argmin passes between iterations, without a place: it would keep four of them.
+type Iterate = IterState<(), (), (), (), (), f64>;
 
 /// The solver and its memory.
-struct Marquardt {
+struct Marquardt<E> {
+    /// The lowest point met.
+    at: E,
     damping: f64,
     /// Factor of the damping after the next step that is not made.
     growth: f64,
@@ -136,13 +129,13 @@ struct Marquardt {
     converged: Option<bool>,
 }
 
-impl Marquardt {
+impl<E> Marquardt<E> {
     /// Returns the next step; `None` with `converged` if no step is left. If the
     /// gain of a step would be lost in rounding, one with less damping takes its place.
-    fn propose<S: SumOfSquares>(&mut self, squares: &S, at: &S::Evaluation) -> Option<Step<S::State>> {
-        let (sum, rounding) = (squares.sum(at), squares.rounding(at));
+    fn propose<S: SumOfSquares<Evaluation = E>>(&mut self, squares: &S) -> Option<Step<S::State>> {
+        let (sum, rounding) = (squares.sum(&self.at), squares.rounding(&self.at));
         while self.damping < ROUNDING.recip() && sum.is_finite() {
-            let Some(step) = squares.step(at, self.damping) else {
+            let Some(step) = squares.step(&self.at, self.damping) else {
                 self.damping *= AFTER_LOSS;
                 continue;
             };
@@ -182,7 +175,7 @@ impl Marquardt {
     }
 }
 
-impl<S: SumOfSquares> Solver<&S, Iterate<S::Evaluation>> for Marquardt {
+impl<S: SumOfSquares> Solver<&S, Iterate> for &mut Marquardt<S::Evaluation> {
     fn name(&self) -> &'static str {
         "Levenberg–Marquardt"
     }
@@ -190,16 +183,14 @@ impl<S: SumOfSquares> Solver<&S, Iterate<S::Evaluation>> for Marquardt {
     fn next_iter(
         &mut self,
         problem: &mut Problem<&S>,
-        state: Iterate<S::Evaluation>,
-    ) -> Result<(Iterate<S::Evaluation>, Option<KV>), Error> {
-        let (Some(squares), Some(at)) = (problem.problem, state.param.as_deref()) else {
-            return Ok((state, None));
-        };
-        let Some(step) = self.propose(squares, at) else { return Ok((state, None)) };
+        state: Iterate,
+    ) -> Result<(Iterate, Option<KV>), Error> {
+        let Some(squares) = problem.problem else { return Ok((state, None)) };
+        let Some(step) = self.propose(squares) else { return Ok((state, None)) };
         let trial = squares.evaluate(step.end);
         let sum = squares.sum(&trial);
         let gain = state.cost - sum;
-        let rounding = squares.rounding(at);
+        let rounding = squares.rounding(&self.at);
         let is_made = if step.promise <= rounding {
             self.last_refinement = step.promise;
             self.converged = (gain < -rounding).then_some(sum.is_finite());
@@ -214,10 +205,14 @@ impl<S: SumOfSquares> Solver<&S, Iterate<S::Evaluation>> for Marquardt {
             is_made
         };
         self.may_relax |= is_made;
-        Ok((if is_made { state.param(Arc::new(trial)).cost(sum) } else { state }, None))
+        if !is_made {
+            return Ok((state, None));
+        }
+        self.at = trial;
+        Ok((state.cost(sum), None))
     }
 
-    fn terminate(&mut self, _: &Iterate<S::Evaluation>) -> TerminationStatus {
+    fn terminate(&mut self, _: &Iterate) -> TerminationStatus {
         match self.converged {
             None => TerminationStatus::NotTerminated,
             Some(_) => TerminationStatus::Terminated(TerminationReason::SolverConverged),

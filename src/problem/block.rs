@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::discs::block::DiscBlock;
 use super::film::block::FilmBlock;
-use super::film::impact::{Contact, Correction};
+use super::film::impact::Contact;
 use super::rows::block::RowsBlock;
 use super::sums::{Contribution, Noise, Spread};
 use super::unknowns::{CAMERA, Own, PHYSICS, SHARED, Shared};
@@ -83,11 +83,10 @@ impl Block {
 
     /// Returns how many shots have what weight and cloth do during the contact.
     pub(crate) fn count_corrected(&self) -> usize {
-        let is_corrected = |correction: &&Correction| !correction.is_zero();
         match self {
-            Self::Film(film) => film.shots.iter().map(|shot| &shot.correction).filter(is_corrected).count(),
+            Self::Film(film) => film.shots.iter().filter(|shot| shot.correction.is_some()).count(),
             Self::Discs(_) => 0,
-            Self::Rows(rows) => rows.shots.iter().map(|shot| &shot.offset).filter(is_corrected).count(),
+            Self::Rows(rows) => rows.shots.iter().filter(|shot| shot.offset.is_some()).count(),
         }
     }
 

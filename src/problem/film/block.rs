@@ -43,7 +43,7 @@ pub(crate) struct FilmedShot {
     pub(crate) side_spins: Vec<SideSpin>,
     pub(crate) spin: ShotSpin,
     /// The correction of the outcome by a finer model of the impact.
-    pub(crate) correction: Correction,
+    pub(crate) correction: Option<Arc<Correction>>,
 }
 
 /// The side spin of a ball just after the impact. Spins about horizontal axes change unevenly: the
@@ -166,7 +166,7 @@ impl FilmBlock {
         own: &Own,
         shared: &Shared,
     ) -> Result<Struck, NotACollision> {
-        Struck::new(own, shared, &shot.spin, (&self.contact, &shot.correction))
+        Struck::new(own, shared, &shot.spin, (&self.contact, shot.correction.as_deref()))
     }
 
     /// Returns the paths of the balls of a shot; `None` if its unknowns describe no collision.
@@ -255,14 +255,14 @@ impl FilmBlock {
         self.shots.iter().any(|shot| shot.spin.is_said_to_roll())
     }
 
-    /// Computes what weight and cloth during the contact add to the outcome of each shot; zero if
+    /// Computes what weight and cloth during the contact add to the outcome of each shot; nothing if
     /// they describe no collision.
     pub(crate) fn weigh(&mut self, own: &[Own], shared: &Shared) {
         let contact = self.contact.with_weight();
         self.contact = contact;
         Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).for_each(|(shot, own)| {
             let cue = cue_before(&shot.spin, shared, &own_inputs(own), &contact.object());
-            shot.correction = contact.correct(&cue, shared).unwrap_or_else(Correction::zeros);
+            shot.correction = contact.correct(&cue, shared).map(Arc::new);
         });
     }
 

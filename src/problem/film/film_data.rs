@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::block::{FilmBlock, FilmedShot};
 use super::camera::{Camera, Point};
-use super::impact::{Contact, Correction};
+use super::impact::Contact;
 use super::marker_rotation::MarkerTrack;
 use super::own::{self, SCATTERED};
 use super::priors::{list_camera, list_unknowns};
@@ -196,7 +196,7 @@ impl Guessed {
             fps: track.fps,
             side_spins: Vec::new(),
             spin: ShotSpin::stated(track.spin, velocity, radius),
-            correction: Correction::zeros(),
+            correction: None,
         }
     }
 }

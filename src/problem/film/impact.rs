@@ -34,17 +34,6 @@ pub(crate) struct Correction {
     about: InputValues,
 }
 
-impl Correction {
-    /// Returns no difference.
-    pub fn zeros() -> Self {
-        Self { values: SVector::zeros(), by: Jacobian::zeros(), about: InputValues::zeros() }
-    }
-
-    pub(crate) fn is_zero(&self) -> bool {
-        self.values.iter().all(|value| *value == 0.0)
-    }
-}
-
 /// A ball just before or after the impact, in the collision frame.
 #[derive(Clone, Copy)]
 pub(crate) struct Side {
@@ -206,7 +195,7 @@ impl Contact {
         cue: &Side,
         shared: &Shared,
         offsets: &[f64; SCATTERED.len()],
-        correction: &Correction,
+        correction: Option<&Correction>,
     ) -> Result<([Side; 2], bool), NotACollision> {
         let mut of_shot = shared.clone();
         for (id, offset) in SCATTERED.into_iter().zip(offsets) {
@@ -219,7 +208,7 @@ impl Contact {
         let (outcome, mut jacobian) =
             model.collide_with_jacobian(&cue.state(cue_radius.re), &coefficients(&of_shot))?;
         let mut values = outcome.components();
-        if !correction.is_zero() {
+        if let Some(correction) = correction {
             let moved = InputValues::from(inputs.each_ref().map(|input| input.re)) - correction.about;
             values += correction.values + correction.by * moved;
             jacobian += correction.by;

@@ -83,7 +83,7 @@ impl Struck {
         values: &Own,
         shared: &Shared,
         spin: &ShotSpin,
-        (contact, correction): (&Contact, &Correction),
+        (contact, correction): (&Contact, Option<&Correction>),
     ) -> Result<Self, NotACollision> {
         let inputs = own_inputs(values);
         let before = cue_before(spin, shared, &inputs, &contact.object());

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::block::{FilmBlock, FilmedShot, SideSpin};
 use super::camera::Point;
-use super::impact::{Contact, Correction};
+use super::impact::Contact;
 use super::own::{self, SCATTERED};
 use super::priors::list_unknowns;
 use super::spins::{
@@ -136,7 +136,7 @@ impl PlannedShot {
             fps: filming.fps,
             side_spins: Vec::new(),
             spin,
-            correction: Correction::zeros(),
+            correction: None,
         };
         let struck = film.struck(&shot, &own, shared)?;
         let seen = film.paths(&shot, &own, shared);

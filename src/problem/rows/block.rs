@@ -10,7 +10,7 @@ use super::shot::{INPUTS, RowShot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
 use crate::problem::film::dual::gradient;
-use crate::problem::film::impact::{Contact, Correction};
+use crate::problem::film::impact::Contact;
 use crate::problem::film::own::MOVING;
 use crate::problem::loss::ShotLoss;
 use crate::problem::sums::{Contribution, Noise};
@@ -91,7 +91,7 @@ impl RowsBlock {
         let offset = |(shot, own): (&mut RowShot, &Own)| {
             let before = shot.differences(own, shared, &heavy).ok().filter(|_| shot.knows_speed);
             let offset = before.and_then(|before| heavy.correct(&before.approach.cue, shared));
-            shot.offset = offset.unwrap_or_else(Correction::zeros);
+            shot.offset = offset.map(Arc::new);
         };
         Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).for_each(offset);
     }

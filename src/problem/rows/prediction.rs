@@ -178,7 +178,8 @@ impl RowShot {
         contact: &Contact,
     ) -> Result<Residuals, NotACollision> {
         let (approach, after) = self.strike(own, |cue| {
-            let (balls, sticks) = contact.collide(cue, shared, &[0.0; SCATTERED.len()], &self.offset)?;
+            let (balls, sticks) =
+                contact.collide(cue, shared, &[0.0; SCATTERED.len()], self.offset.as_deref())?;
             Ok(Parting { balls, radii: contact.radii(shared), sticks })
         })?;
         let difference = |row: &Row| {

@@ -1,5 +1,7 @@
 //! A shot of a table: its measured numbers and their errors.
 
+use std::sync::Arc;
+
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};
 use crate::measurement::number::count_of;
 use crate::measurement::observable::{Axis, Observable};
@@ -83,7 +85,7 @@ pub(crate) struct RowShot {
     pub(super) side: f64,
     pub(crate) rows: Vec<Row>,
     /// Held outcome offset.
-    pub(crate) offset: Correction,
+    pub(crate) offset: Option<Arc<Correction>>,
 }
 
 impl RowShot {
@@ -108,7 +110,7 @@ impl RowShot {
             roll: if shot.spin == Spin::NaturalRoll { 1.0 } else { 0.0 },
             side: if cut.sin() < 0.0 { -1.0 } else { 1.0 },
             rows: rows.into_iter().map(row).collect(),
-            offset: Correction::zeros(),
+            offset: None,
         })
     }
 
