@@ -176,7 +176,7 @@ fn estimate_spread(
     for (i, shot) in at.shots[sample].iter().enumerate() {
         let is_free = |number: &&Scattered| number.spread == which && !shot.held[number.place];
         for number in shot.scattered.iter().filter(is_free) {
-            let variance = estimates.variance(reduced, (sample, i), &number.by);
+            let variance = estimates.variance(reduced, (sample, i), &number.derivatives());
             squares += number.value * number.value;
             count += (1.0 - variance / (old * old)).max(0.0);
         }

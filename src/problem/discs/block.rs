@@ -164,7 +164,7 @@ impl DiscBlock {
         let off_friction = law.filter(|_| self.shows_friction(i)).map(|law| ratio - law);
         let number = |(spread, off): (usize, Dual)| {
             let by = by_unknowns(&off, own.len());
-            Scattered { spread, place: own::RESTITUTION + spread, value: off.re, by }
+            Scattered::new((spread, own::RESTITUTION + spread), off.re, &by)
         };
         let off_restitution = e - restitution(&-parting, shared);
         std::iter::once(off_restitution).chain(off_friction).enumerate().map(number).collect()

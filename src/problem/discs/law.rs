@@ -166,7 +166,7 @@ fn judge_shots(fit: &Solution, policy: &Policy) -> Result<Vec<bool>, FilmError> 
             .iter()
             .filter_map(|number| {
                 let variance = spreads[number.spread].sd.powi(2);
-                let expected = variance - reduced.own[0][i].variance(&number.by);
+                let expected = variance - reduced.own[0][i].variance(&number.derivatives());
                 // quantities that the frames do not show do not count
                 (expected > 1e-3 * variance).then(|| number.value.powi(2) / expected)
             })

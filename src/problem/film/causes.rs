@@ -69,8 +69,9 @@ pub(crate) fn explain(
     let rank = |suspect: &Suspect| suspect.size.powi(2) / threshold(problem.unknown(suspect.id), policy);
     suspects.sort_by(|a, b| rank(b).total_cmp(&rank(a)));
     let suspects = suspects.into_iter().take(MAX_SUSPECTS);
-    let refits = suspects.filter_map(|suspect| let_in(problem, at, suspect, policy));
-    refits.max_by(|a, b| a.fall.total_cmp(&b.fall))
+    let mut all: Vec<Freed> = suspects.filter_map(|suspect| let_in(problem, at, suspect, policy)).collect();
+    all.sort_by(|a, b| b.fall.total_cmp(&a.fall));
+    all.into_iter().find_map(|freed| freed.named(policy))
 }
 
 /// Returns the decrease of χ² that names an unknown.
@@ -78,8 +79,18 @@ fn threshold(unknown: &Unknown, policy: &Policy) -> f64 {
     if unknown.mode == Mode::Tested { policy.cause } else { policy.conflict.powi(2) }
 }
 
+/// The least χ² with a suspect free and without its prior.
+struct Freed {
+    /// The suspect as it was before.
+    before: Unknown,
+    problem: Problem,
+    state: State,
+    /// Decrease of χ².
+    fall: f64,
+}
+
 /// Returns the least χ² with a suspect free and without its prior, if χ² decreases by enough.
-fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy) -> Option<Refit> {
+fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy) -> Option<Freed> {
     let id = suspect.id;
     let mut wider = problem.clone();
     let before = *wider.unknown(id);
@@ -92,33 +103,42 @@ fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy)
         values.extend(FRAME_RATES);
     }
     // the first start serves if χ² decreases as its score promises
-    let mut best = descend_from(&wider, &at.state, id, &values[..1])?;
-    if id == Id::Rate || at.cost - best.end.cost < PROMISED * suspect.size.powi(2) {
+    let (mut cost, mut state) = descend_from(&wider, &at.state, id, &values[..1])?;
+    if id == Id::Rate || at.cost - cost < PROMISED * suspect.size.powi(2) {
         let other = descend_from(&wider, &at.state, id, &values[1..])?;
-        best = if other.end.cost < best.end.cost { other } else { best };
+        if other.0 < cost {
+            (cost, state) = other;
+        }
     }
-    let fall = at.cost - best.end.cost;
-    if !(fall > threshold(&before, policy)) {
-        return None;
-    }
-    let refit = Refit::from(wider, best.end.state, fall);
-    let (estimate, sd) = refit.estimate(id)?;
-    let (stated, size) = match before.prior {
-        Some(Normal { mean, sd: of_prior }) => (mean, (estimate - mean) / sd.hypot(of_prior)),
-        // masses that are stated as exact
-        None => (before.start, fall.sqrt().copysign(estimate - before.start)),
-    };
-    let finding = if before.prior.is_none() && id != Id::MassRatio {
-        Finding::Cause { id, estimate, sd, fall }
-    } else {
-        Finding::Conflict { id, stated, estimate, sd, size }
-    };
-    let is_named = before.prior.is_none() || size.abs() >= policy.conflict;
-    is_named.then_some(Refit { finding: Some(finding), ..refit })
+    let fall = at.cost - cost;
+    (fall > threshold(&before, policy)).then_some(Freed { before, problem: wider, state, fall })
 }
 
-/// Returns the best of the descents that start with unknown `id` at each of some values.
-fn descend_from(problem: &Problem, state: &State, id: Id, values: &[f64]) -> Option<Descent> {
+impl Freed {
+    /// Returns the refit with what it finds; `None` if the suspect is not far from what is known.
+    fn named(self, policy: &Policy) -> Option<Refit> {
+        let Self { before, problem, state, fall } = self;
+        let id = before.id;
+        let refit = Refit::from(problem, state, fall);
+        let (estimate, sd) = refit.estimate(id)?;
+        let (stated, size) = match before.prior {
+            Some(Normal { mean, sd: of_prior }) => (mean, (estimate - mean) / sd.hypot(of_prior)),
+            // masses that are stated as exact
+            None => (before.start, fall.sqrt().copysign(estimate - before.start)),
+        };
+        let finding = if before.prior.is_none() && id != Id::MassRatio {
+            Finding::Cause { id, estimate, sd, fall }
+        } else {
+            Finding::Conflict { id, stated, estimate, sd, size }
+        };
+        let is_named = before.prior.is_none() || size.abs() >= policy.conflict;
+        is_named.then_some(Refit { finding: Some(finding), ..refit })
+    }
+}
+
+/// Returns the least χ² of the descents that start with unknown `id` at each of some values, and
+/// where it is.
+fn descend_from(problem: &Problem, state: &State, id: Id, values: &[f64]) -> Option<(f64, State)> {
     let [low, high] = problem.unknown(id).bounds;
     let descend_at = |value: &f64| {
         let mut start = state.clone();
@@ -130,10 +150,11 @@ fn descend_from(problem: &Problem, state: &State, id: Id, values: &[f64]) -> Opt
             start.shared[Id::MuK] = sliding.clamp(least, most);
         }
         start.shared[id] = value;
-        problem.descend(start)
+        let end = problem.descend(start).end;
+        (end.cost, end.state)
     };
-    let all = values.iter().map(descend_at).filter(|descent| descent.end.cost.is_finite());
-    all.min_by(|a, b| a.end.cost.total_cmp(&b.end.cost))
+    let all = values.iter().map(descend_at).filter(|(cost, _)| cost.is_finite());
+    all.min_by(|(a, _), (b, _)| a.total_cmp(b))
 }
 
 /// Returns the refit with a wider prior of the frame rate if the frames disagree with the stated

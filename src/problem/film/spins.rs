@@ -287,7 +287,8 @@ impl ShotSpin {
             match (prior, self.mean) {
                 (OwnPrior::Spread(spread), Some(mean)) if place == own::TOPSPIN => {
                     by[OWN + mean as usize] = -1.0;
-                    sums.add_scattered(Scattered { spread, place, value: value - shared[mean], by }, spreads);
+                    let number = Scattered::new((spread, place), value - shared[mean], &by);
+                    sums.add_scattered(number, spreads);
                 }
                 (OwnPrior::Stated(normal), _) => {
                     value -= through.shift(shared, &mut by);
