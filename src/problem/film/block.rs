@@ -42,7 +42,7 @@ pub(crate) struct FilmedShot {
     /// Side spins of the balls just after the impact that markers show.
     pub(crate) side_spins: Vec<SideSpin>,
     pub(crate) spin: ShotSpin,
-    /// The correction of the outcome by a finer model of the impact.
+    /// The correction of the outcome by a finer model of the impact; `None`: there is none.
     pub(crate) correction: Option<Arc<Correction>>,
 }
 
@@ -255,8 +255,8 @@ impl FilmBlock {
         self.shots.iter().any(|shot| shot.spin.is_said_to_roll())
     }
 
-    /// Computes what weight and cloth during the contact add to the outcome of each shot; nothing if
-    /// they describe no collision.
+    /// Computes what weight and cloth during the contact add to the outcome of each shot. A
+    /// shot whose unknowns describe no collision has no correction.
     pub(crate) fn weigh(&mut self, own: &[Own], shared: &Shared) {
         let contact = self.contact.with_weight();
         self.contact = contact;

@@ -84,7 +84,7 @@ pub(crate) struct RowShot {
     /// Sign of the measured cut angle, from which angles are counted.
     pub(super) side: f64,
     pub(crate) rows: Vec<Row>,
-    /// Held outcome offset.
+    /// The correction of the outcome by a finer model of the impact; `None`: there is none.
     pub(crate) offset: Option<Arc<Correction>>,
 }
 
