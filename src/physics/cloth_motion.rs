@@ -61,7 +61,7 @@ impl Default for Cloth {
 /// Widths of the transitions that are jumps of an idealised motion; all are 0 for the latter.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Smoothing {
-    /// Half of the time that the contact of the balls lasts, s.
+    /// Time that a contact lasts which changes a ball's velocity by 1 m/s, s.
     pub(crate) contact: f64,
     /// Half of the time that a landing lasts, s.
     pub(crate) landing: f64,
@@ -118,9 +118,9 @@ impl<T: Number> Stretch<T> {
 
     /// Returns the stretch on which the velocity of a ball on this one becomes that of `after`,
     /// evenly from `half` before its instant to `half` after.
-    fn turning(&self, after: &Moment<T>, half: f64) -> Self {
+    fn turning(&self, after: &Moment<T>, half: T) -> Self {
         let velocity = self.from.velocity + self.acceleration * (after.time - self.from.time);
-        let acceleration = self.acceleration + (after.velocity - velocity) * T::from(0.5 / half);
+        let acceleration = self.acceleration + (after.velocity - velocity) / (half * 2.0);
         Self::new(self.at(after.time - half), acceleration, 0.0)
     }
 }
@@ -169,14 +169,19 @@ impl<T: Number> Forces<T> {
 
     /// Returns the path of a ball through an impact after which it is `after`, until a time, s.
     pub(crate) fn through(&self, before: Stretch<T>, after: Moment<T>, until: f64) -> Vec<Stretch<T>> {
-        let half = self.smoothing.contact;
+        let change = self.norm(&(after.velocity - before.at(after.time).velocity).xy());
+        let half = if self.smoothing.contact > 0.0 {
+            contact_time(self.smoothing.contact, change) * 0.5
+        } else {
+            T::zero()
+        };
         let mut path = vec![Stretch { start: f64::NEG_INFINITY, ..before }];
-        path.extend((half > 0.0).then(|| before.turning(&after, half)));
+        path.extend((half.re() > 0.0).then(|| before.turning(&after, half)));
         let first = path.len();
         self.follow(after, until, &mut path);
         for stretch in &mut path[first..] {
             // those that are over before the contact ends are never followed
-            stretch.start = stretch.start.max(after.time.re() + half);
+            stretch.start = stretch.start.max((after.time + half).re());
         }
         path
     }
@@ -209,7 +214,7 @@ impl<T: Number> Forces<T> {
             let half = self.smoothing.landing;
             late = if (lasts * self.bounce).re() > 2.0 * half { half } else { 0.0 };
             if late > 0.0 {
-                path.push(flight.turning(&now, half));
+                path.push(flight.turning(&now, T::from(half)));
             }
         }
         let rise = std::mem::replace(&mut now.velocity.z, T::zero());
@@ -243,6 +248,12 @@ impl<T: Number> Forces<T> {
             path.push(Stretch::free(Moment { velocity: Vector3::zeros(), ..rest }));
         }
     }
+}
+
+/// Returns how long a contact of balls lasts whose closing speed is v, m/s, from its duration T₁ at
+/// 1 m/s, s: T₁ v^(−1/5) (Hertz 1881).
+pub(crate) fn contact_time<T: Number>(at_unit_speed: f64, closing: T) -> T {
+    closing.powf(-0.2) * at_unit_speed
 }
 
 /// Returns the length of a vector, which is smooth at 0 if `smooth` is not 0.

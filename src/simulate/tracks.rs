@@ -12,7 +12,7 @@ use crate::io;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::physics::ball::{Ball, BallState, Vec3};
-use crate::physics::cloth_motion::{Cloth, Path};
+use crate::physics::cloth_motion::{Cloth, Path, contact_time};
 use crate::physics::collision::{Coefficients, Model, NotACollision};
 use crate::physics::contact_frame::CollisionFrame;
 
@@ -74,8 +74,20 @@ impl Course {
         })
     }
 
+    /// Returns the centre of a ball at a time, s. While the balls touch, its velocity changes evenly by
+    /// Δv, so that it is Δv(h − |t|)²/4h beside a path that turns at once, at a time t from the middle
+    /// of a contact of 2h.
     fn centre(&self, ball: TrackedBall, t: f64) -> [f64; 2] {
-        self.paths[ball as usize].position(t)
+        let TrueImpact { time, cue_before, cue_after, object_after, .. } = self.truth;
+        let change = match ball {
+            TrackedBall::Cue => cue_after.velocity - cue_before.velocity,
+            TrackedBall::Object => object_after.velocity,
+        };
+        let half = 0.5 * contact_time(Model::CONTACT_TIME, change.xy().norm());
+        let late = (half - (t - time).abs()).max(0.0);
+        let beside = change * (late * late / (4.0 * half));
+        let [x, y] = self.paths[ball as usize].position(t);
+        [x + beside.x, y + beside.y]
     }
 
     /// Returns the position of a marker, and whether it is in sight: more than a tenth of the
@@ -91,7 +103,7 @@ impl Course {
             let [x, y] = path.spin(time + (n as f64 + 0.5) * step, own.radius);
             at = Rotation3::new(Vec3::new(x, y, side) * step) * at;
         }
-        let centre = path.position(t);
+        let centre = self.centre(ball, t);
         ([centre[0] + own.radius * at.x, centre[1] + own.radius * at.y], at.z > 0.1)
     }
 }

@@ -10,14 +10,14 @@ use super::own::{self, MOVING};
 use super::spins::ShotSpin;
 use crate::physics::ball::Ball;
 use crate::physics::cloth_motion::{Forces, GRAVITY, Moment, Smoothing, Stretch};
-use crate::physics::collision::NotACollision;
+use crate::physics::collision::{Model, NotACollision};
 use crate::problem::frames;
 use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Real motion is smooth at the jumps of an idealised model, so that χ² is smooth when a frame
-/// passes one: the contact of the balls lasts 280 µs (Kim 2024, below Eq. 37); a landing, if it
-/// lasts 1 ms, moves a ball by less than 6 µm.
-const SMOOTHING: Smoothing = Smoothing { contact: 1.4e-4, landing: 5e-4, speed: SMOOTH_SPEED };
+/// passes one: a contact of the balls lasts, and a landing, if it lasts 1 ms, moves a ball by less
+/// than 6 µm.
+const SMOOTHING: Smoothing = Smoothing { contact: Model::CONTACT_TIME, landing: 5e-4, speed: SMOOTH_SPEED };
 
 /// Number of coefficients of x, y and height: the constant, those per s and per s²/2.
 pub(super) const COEFFICIENTS: usize = 9;
