@@ -71,7 +71,8 @@ fn frames_in_which_balls_hide_each_other_are_left_out() {
 /// Six frames to a contact, with noise that would show a velocity that jumps.
 #[test]
 fn frames_in_which_the_balls_touch_fit_like_all_others() {
-    let fast = with(&rolls(7706), "camera = { fps = 20000, before_ms = 3, after_ms = 3, position_sd_m = 2e-6 }");
+    let fast =
+        with(&rolls(7706), "camera = { fps = 20000, before_ms = 3, after_ms = 3, position_sd_m = 2e-6 }");
     let tracks = simulate::filmed(&fast).unwrap().into_iter().map(|(shot, _)| shot);
     let fit = options::fitted(&dataset(tracks.collect()), Depth::Estimates);
     assert!(part(&fit, "/film/left_out_at_impacts").is_null());

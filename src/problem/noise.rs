@@ -2,10 +2,12 @@
 //! each estimate counts the unknowns that it was estimated beside (Patterson and Thompson 1971,
 //! Biometrika 58, 545).
 
+use std::ops::Range;
+
 use super::block::Block;
 use super::evaluation::{Eliminated, Evaluation, Reduced};
 use super::problem::{Problem, Sample};
-use super::sums::{Noise, NoiseSums, Scattered, ShotSums, Spread};
+use super::sums::{Noise, NoiseSums, Scattered, ShotSums};
 use super::uncertainty::Estimates;
 use crate::extraction::MIN_RHO;
 
@@ -19,8 +21,8 @@ const SETTLED: f64 = 0.01;
 /// Degrees of freedom below which a noise stays as it is.
 pub(super) const MIN_DOF_OF_NOISE: f64 = 0.5;
 
-/// Factor by which a spread changes in one step at most.
-const SPREAD_STEP: f64 = 3.0;
+/// Changes of a spread in one step by which it has settled.
+const SAME_SPREAD: Range<f64> = 0.85..1.15;
 
 /// Sets noise and spreads to what the residuals at `at` show; returns whether they have settled.
 pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
@@ -59,14 +61,12 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
                 *noise = Noise { sd, rho };
             }
         }
-        // in a film, stopping before a spread has become smaller makes errors slightly too large
-        let least_change = if problem.samples[sample].block.contact().is_some() { 0.8 } else { 0.95 };
         // in a comparison spreads stay: they are not to explain that data sets differ
         let spreads = if sums.len() == 1 { problem.samples[0].block.spreads().len() } else { 0 };
         for which in 0..spreads {
             let new = estimate_spread(problem, at, (reduced, &estimates), sample, which);
             let old = &mut problem.samples[sample].block.spreads_mut()[which];
-            settled &= (least_change..1.05).contains(&(new / old.sd));
+            settled &= SAME_SPREAD.contains(&(new / old.sd));
             old.sd = new;
         }
     }
@@ -161,8 +161,7 @@ fn count_own(shots: &[ShotSums], own: &[Eliminated]) -> f64 {
     shots.iter().zip(own).map(count_shot).sum()
 }
 
-/// Returns a spread from shot to shot: s² = (Σŝ² + w s₀²)/(Σ(1 − v/s²) + w), a step towards the
-/// fixed point of restricted likelihood, w the number of shots that s₀ counts as.
+/// Returns the likeliest spread from shot to shot by what the shots show at the present one.
 fn estimate_spread(
     problem: &Problem,
     at: &Evaluation,
@@ -170,17 +169,14 @@ fn estimate_spread(
     sample: usize,
     which: usize,
 ) -> f64 {
-    let Spread { sd: old, first, weight, least } = problem.samples[sample].block.spreads()[which];
-    let mut squares = weight * first * first;
-    let mut count = weight;
+    let spread = &problem.samples[sample].block.spreads()[which];
+    let mut shown = Vec::new();
     for (i, shot) in at.shots[sample].iter().enumerate() {
         let is_free = |number: &&Scattered| number.spread == which && !shot.held[number.place];
         for number in shot.scattered.iter().filter(is_free) {
             let variance = estimates.variance(reduced, (sample, i), &number.derivatives());
-            squares += number.value * number.value;
-            count += (1.0 - variance / (old * old)).max(0.0);
+            shown.extend(spread.shown(number.value, variance));
         }
     }
-    let sd = (squares / count).sqrt().clamp(old / SPREAD_STEP, old * SPREAD_STEP);
-    if sd.is_finite() { sd.max(least) } else { first }
+    spread.likeliest(&shown, 1.0)
 }

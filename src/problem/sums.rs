@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::loss::ShotLoss;
 use super::unknowns::{Id, Normal};
+use crate::numerics::EXACT;
 use crate::numerics::dense::{Place, descend};
 
 /// Errors of measured numbers: each keeps the part `rho` of the error of the number before it.
@@ -28,10 +29,49 @@ pub(crate) struct Spread {
     pub(crate) least: f64,
 }
 
+/// A number that scatters as the data of its shot alone show it.
+pub(crate) struct Shown {
+    /// Its square, on average.
+    pub(crate) square: f64,
+    /// Square of its standard error.
+    pub(crate) variance: f64,
+}
+
+/// Steps in which the likeliest spread is found, typical are 5.
+const SPREAD_STEPS: usize = 20;
+
 impl Spread {
     /// Returns what is known before the data are seen, which counts as one shot.
     pub fn first(sd: f64, least: f64) -> Self {
         Self { sd, first: sd, weight: 1.0, least }
+    }
+
+    /// Returns what data alone show of a number ŝ with the variance v beside the spread s: y = ŝ/r
+    /// with the variance v/r, r = 1 − v/s²; `None` of data that show nothing.
+    pub fn shown(&self, value: f64, variance: f64) -> Option<Shown> {
+        let part = 1.0 - variance / (self.sd * self.sd);
+        (part > EXACT).then(|| Shown { square: (value / part).powi(2), variance: variance / part })
+    }
+
+    /// Returns the likeliest spread of numbers y with the variances σ², each of which counts as
+    /// `each` shots, and of w shots with the spread s₀. With r = s²/(s² + σ²), restricted likelihood
+    /// is greatest where Σr²(y² − σ² − s²) + w(s₀² − s²) = 0; steps are those of Fisher's scoring in
+    /// ln s.
+    pub fn likeliest(&self, shown: &[Shown], each: f64) -> f64 {
+        let Self { first, weight, least, .. } = *self;
+        let mut sd = self.sd;
+        for _ in 0..SPREAD_STEPS {
+            let square = sd * sd;
+            let mut excess = weight * (first * first - square);
+            let mut information = weight * square.max(first * first);
+            for number in shown {
+                let part = each * (square / (square + number.variance)).powi(2);
+                excess += part * (number.square - number.variance - square);
+                information += part * square;
+            }
+            sd *= (0.5 * excess / information).clamp(-1.0, 1.0).exp();
+        }
+        if sd.is_finite() { sd.max(least) } else { first }
     }
 }
 

@@ -17,7 +17,7 @@ use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Model, NotACollision};
 use crate::problem::frames::Frame;
-use crate::problem::sums::{Noise, Spread};
+use crate::problem::sums::{Noise, Shown, Spread};
 use crate::problem::unknowns::{Id, Own, Shared, Unknown};
 
 /// A shot that is planned, in the frame of the table.
@@ -39,9 +39,6 @@ pub(crate) struct PlannedShot {
     /// them.
     pub(crate) after_sd: Option<[f64; 2]>,
 }
-
-/// Steps towards a spread, as many as fits take at most.
-const SPREAD_STEPS: usize = 10;
 
 /// How many shots are planned, and how they are filmed.
 #[derive(Clone, Copy, Debug)]
@@ -160,24 +157,13 @@ impl PlannedShot {
     }
 }
 
-/// Returns the spread that n shots with the spread t show on average. With v the variance of the
-/// value of a shot, σ² = 1/(1/v − 1/s²) that by its frames alone, and w = s²/(s² + σ²), restricted
-/// likelihood ends at s² = [Σ w²(σ² + t²) + s₀²]/(Σ w + 1). The sums are n times the means over the
-/// variances of some shots.
+/// Returns the spread that some shots with the spread t show on average, by the variances of the value
+/// of some of them.
 fn found(spread: &Spread, variances: &[f64], truth: f64, shots: f64) -> f64 {
-    let by_frames = |variance: &f64| (variance.recip() - spread.sd.powi(-2)).max(f64::MIN_POSITIVE).recip();
-    let by_frames: Vec<f64> = variances.iter().map(by_frames).collect();
-    let each = shots / by_frames.len().max(1) as f64;
-    let first = spread.first * spread.first;
-    let mut square = first;
-    for _ in 0..SPREAD_STEPS {
-        let (mut seen, mut count) = (first, 1.0);
-        for by_frames in &by_frames {
-            let part = square / (square + by_frames);
-            seen += each * part * part * (by_frames + truth * truth);
-            count += each * part;
-        }
-        square = seen / count;
-    }
-    square.sqrt().max(spread.least)
+    let on_average = |variance: &f64| {
+        let shown = spread.shown(0.0, *variance)?;
+        Some(Shown { square: shown.variance + truth * truth, ..shown })
+    };
+    let shown: Vec<Shown> = variances.iter().filter_map(on_average).collect();
+    spread.likeliest(&shown, shots / variances.len().max(1) as f64)
 }
