@@ -45,8 +45,7 @@ pub(crate) struct Component {
     /// Places of its own unknowns.
     pub(super) places: Range<usize>,
     /// Standard deviation before the frames are seen, as large as hands and tables make it
-    /// (data/pucks-chalmers-2023), since estimates decrease faster than they grow; and the smallest
-    /// that frames determine.
+    /// (data/pucks-chalmers-2023); and the smallest that frames determine.
     sds: [f64; 2],
 }
 
@@ -65,8 +64,7 @@ impl Component {
 /// Number of unknowns of the law of the impact: [`Id::Mu`] to [`Id::ESlope`].
 pub(super) const LAW: usize = Id::ESlope as usize + 1;
 
-/// How much the four decelerations of a single shot differ before the frames are seen, m/s². It
-/// counts as one shot.
+/// How much the four decelerations of a single shot differ, m/s².
 const EVEN_SLOWING: f64 = 0.002;
 
 /// Slowest and fastest common frame rate, frames/s: if the rate is unknown, priors are those of the
@@ -86,8 +84,8 @@ const DRAG_SD: f64 = 1.0;
 /// Number of shots that determine a camera, or how a deceleration depends on speed, at least.
 pub(super) const LEAST_SHOTS: usize = 3;
 
-/// Returns how much each [`Component`] differs before the frames are seen. A single shot shows it
-/// of its four decelerations alone, and poorly: its own values are then those of its discs.
+/// Returns how much each [`Component`] differs before the frames are seen. A single shot does not
+/// show it: its own values are then those of its discs.
 pub(super) fn spreads(discs: &Discs, shots: usize) -> Vec<Spread> {
     let spread = |component: &Component| {
         let ([mut first, mut least], is_slowing) = (component.sds, component.places.start == SLOWING);
@@ -98,7 +96,8 @@ pub(super) fn spreads(discs: &Discs, shots: usize) -> Vec<Spread> {
             first *= unit_of_time(discs, RATES[0]).powi(2);
             least *= unit_of_time(discs, RATES[1]).powi(2);
         }
-        Spread { sd: first, first, weight: if shots == 1 { 1.0 } else { 0.0 }, least }
+        // the largest weight holds it
+        Spread { sd: first, first, weight: if shots == 1 { f64::MAX } else { 0.0 }, least }
     };
     Component::ALL.iter().map(spread).collect()
 }
