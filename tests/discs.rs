@@ -183,7 +183,7 @@ fn the_qualisys_pucks() {
         ("impulse_ratio", -0.192, 0.003),
         ("contact_distance_mm", 49.97, 0.02),
         ("impact_time_s", 719.47 / 500.0, 0.1 / 500.0),
-        // a standard error of ours
+        // one standard error of this estimate
         ("cue_wz_after", 10.36, 0.08),
         // 0.1 by hand and 0.05 of ours: two standard errors of the difference
         ("obj_wz_after", 10.45, 0.22),

@@ -61,7 +61,7 @@ impl Default for Cloth {
 /// Widths of the transitions that are jumps of an idealised motion; all are 0 for the latter.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Smoothing {
-    /// Time that a contact lasts which changes a ball's velocity by 1 m/s, s.
+    /// Duration of a contact that changes a ball's velocity by 1 m/s, s.
     pub(crate) contact: f64,
     /// Half of the time that a landing lasts, s.
     pub(crate) landing: f64,
@@ -250,8 +250,8 @@ impl<T: Number> Forces<T> {
     }
 }
 
-/// Returns how long a contact of balls lasts whose closing speed is v, m/s, from its duration T₁ at
-/// 1 m/s, s: T₁ v^(−1/5) (Hertz 1881).
+/// Returns the duration of a contact of balls that close in at the speed v, m/s, from its duration T₁
+/// at 1 m/s, s: T₁ v^(−1/5) (Hertz 1881).
 pub(crate) fn contact_time<T: Number>(at_unit_speed: f64, closing: T) -> T {
     closing.powf(-0.2) * at_unit_speed
 }

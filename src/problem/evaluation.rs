@@ -173,11 +173,6 @@ impl Evaluation {
         Self { cost, ..self }
     }
 
-    /// Gives the sums of the shots and the normal equations up, which take the most memory.
-    pub(crate) fn release(&mut self) {
-        (self.shots, self.reduced) = (Arc::default(), None);
-    }
-
     /// Returns the number of shots whose contact sticks.
     pub(crate) fn count_sticking(&self) -> usize {
         self.shots.iter().flatten().filter(|shot| shot.sticks).count()

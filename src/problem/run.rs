@@ -65,7 +65,6 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices, policy: &Policy) ->
         let spreads: Vec<_> = differing.map(|(id, spread)| Differing { id, sd: spread.sd }).collect();
         run.findings.extend((!spreads.is_empty()).then_some(Finding::Dispersed { spreads }));
     } else if !run.problem.is_robust() {
-        drop(without_causes);
         run.let_scatter();
         estimates = run.estimates()?;
     }
@@ -295,7 +294,6 @@ impl<'a> Run<'a> {
         let Some(film) = self.problem.film_mut() else { return };
         film.scatters = scatters;
         let state = self.descent.end.state.clone();
-        self.descent.end.release();
         self.descent = descend_with_noise(&mut self.problem, state);
     }
 

@@ -29,15 +29,15 @@ pub(crate) struct Spread {
     pub(crate) least: f64,
 }
 
-/// A number that scatters as the data of its shot alone show it.
+/// A number that differs from shot to shot, estimated from the data of its shot alone.
 pub(crate) struct Shown {
-    /// Its square, on average.
+    /// Its square; in a design the expected one.
     pub(crate) square: f64,
     /// Square of its standard error.
     pub(crate) variance: f64,
 }
 
-/// Steps in which the likeliest spread is found, typical are 5.
+/// Steps to the likeliest spread s. Near it each step about halves the error of ln s or better.
 const SPREAD_STEPS: usize = 20;
 
 impl Spread {
@@ -46,8 +46,9 @@ impl Spread {
         Self { sd, first: sd, weight: 1.0, least }
     }
 
-    /// Returns what data alone show of a number ŝ with the variance v beside the spread s: y = ŝ/r
-    /// with the variance v/r, r = 1 − v/s²; `None` of data that show nothing.
+    /// Returns the estimate of a number from its data alone, y = ŝ/r with the variance v/r and
+    /// r = 1 − v/s²: ŝ with the variance v is the estimate beside this spread s. `None` if the data
+    /// do not determine it.
     pub fn shown(&self, value: f64, variance: f64) -> Option<Shown> {
         let part = 1.0 - variance / (self.sd * self.sd);
         (part > EXACT).then(|| Shown { square: (value / part).powi(2), variance: variance / part })
