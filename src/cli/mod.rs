@@ -169,7 +169,9 @@ fn named<T: Copy + Send + Sync + 'static, const N: usize>(
 
 /// Runs the command that the arguments name; returns the exit status.
 pub fn run() -> ExitCode {
-    let Err(failure) = Cli::parse().command.run() else { return ExitCode::SUCCESS };
+    let command = Cli::parse().command;
+    // within the threads that compute, so that these reuse the memory of reading
+    let Err(failure) = rayon::scope(|_| command.run()) else { return ExitCode::SUCCESS };
     eprintln!("error: {}", failure.message);
     ExitCode::from(failure.status)
 }

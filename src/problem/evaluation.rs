@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::problem::{Problem, State};
 use super::sums::{Contribution, NoiseSums, ShotSums};
-use super::unknowns::{Own, SHARED};
+use super::unknowns::{Mode, Own, SHARED};
 
 /// A state, its cost, and the normal equations there.
 #[derive(Clone)]
@@ -25,23 +25,27 @@ pub(crate) struct Evaluation {
     reduced: Option<Arc<Reduced>>,
 }
 
-/// Own unknowns of a shot after elimination.
+/// Own unknowns of a shot after elimination, without those that are held.
 pub(crate) struct Eliminated {
-    /// Response of the own unknowns to the shared ones, and in the last column to the residuals.
+    /// Their places among all.
+    pub(crate) places: Vec<usize>,
+    /// Number of all.
+    pub(crate) count: usize,
+    /// Their response to the shared unknowns that are free, and in the last column to the residuals.
     response: DMatrix<f64>,
-    /// Factor of the normal matrix of the own unknowns.
+    /// Factor of their normal matrix.
     factor: Cholesky<f64, Dyn>,
 }
 
 impl Eliminated {
-    /// Returns the covariance of the own unknowns at given shared ones.
-    pub(crate) fn covariance(&self) -> DMatrix<f64> {
-        self.factor.inverse()
+    /// Returns their variances at given shared unknowns.
+    pub(crate) fn variances(&self) -> DVector<f64> {
+        self.factor.inverse().diagonal()
     }
 
     /// Returns the variance at given shared unknowns of a number with these derivatives.
     pub(crate) fn variance(&self, by: &DVector<f64>) -> f64 {
-        let by = by.rows(0, self.response.nrows());
+        let by = by.select_rows(&self.places);
         by.dot(&self.factor.solve(&by))
     }
 }
@@ -63,8 +67,9 @@ struct Batch {
 }
 
 impl Batch {
-    /// Adds up the contributions of shots, of which `width` − 1 shared unknowns have a part.
-    fn of(contributions: impl Iterator<Item = Contribution>, width: usize) -> Self {
+    /// Adds up the contributions of shots, of which `width` − 1 shared unknowns have a part; the columns
+    /// `free` of these are the unknowns that are free, and the residual.
+    fn of(contributions: impl Iterator<Item = Contribution>, width: usize, free: &[usize]) -> Self {
         let whole = DMatrix::zeros(width, width);
         let mut batch = Self { shots: Vec::new(), own: Vec::new(), reduced: whole.clone(), whole };
         for shot in contributions {
@@ -73,10 +78,13 @@ impl Batch {
             batch.whole += shared;
             batch.reduced += shared;
             let (matrix, beside) = shot.own_system();
+            let places: Vec<usize> = (0..first).filter(|place| !shot.sums.held[*place]).collect();
+            let matrix = matrix.select_rows(&places).select_columns(&places);
             let eliminated = matrix.cholesky().map(|factor| {
+                let beside = beside.select_rows(&places);
                 let response = factor.solve(&beside);
                 batch.reduced.gemm(-1.0, &beside.transpose(), &response, 1.0);
-                Eliminated { response, factor }
+                Eliminated { places, count: first, response: response.select_columns(free), factor }
             });
             batch.own.push(eliminated);
             batch.shots.push(shot.sums);
@@ -95,6 +103,8 @@ pub(crate) struct Reduced {
     /// Logarithm of the determinant of the own unknowns' normal matrices.
     pub(crate) own_ln_determinant: f64,
     pub(crate) columns: Vec<[usize; SHARED]>,
+    /// Columns of the problem of the unknowns of each sample that are free, in the order of a response.
+    free: Vec<Vec<usize>>,
 }
 
 impl Problem {
@@ -110,14 +120,21 @@ impl Problem {
         let last = self.unknowns.len();
         let mut whole = DMatrix::zeros(last + 1, last + 1);
         let mut products = whole.clone();
-        let (mut all, mut own) = (Vec::new(), Vec::new());
+        let (mut all, mut own, mut all_free) = (Vec::new(), Vec::new(), Vec::new());
         for (sample, values) in self.samples.iter().zip(&state.own) {
             let shared = sample.gather(&state.shared);
             let width = sample.block.shared() + 1;
+            let is_free = |i: &usize| self.unknowns[sample.columns[*i]].mode == Mode::Free;
+            let free: Vec<usize> = (0..width - 1).filter(is_free).collect();
+            let with_residual = [&free[..], &[width - 1]].concat();
             let size = values.len().div_ceil(BATCHES).max(MIN_BATCH);
             let add_up = |(batch, values): (usize, &[Own])| {
                 let shots = values.iter().zip(size * batch..);
-                Batch::of(shots.map(|(own, i)| sample.block.contribute(i, own, &shared)), width)
+                Batch::of(
+                    shots.map(|(own, i)| sample.block.contribute(i, own, &shared)),
+                    width,
+                    &with_residual,
+                )
             };
             let batches: Vec<Batch> = values.par_chunks(size).enumerate().map(add_up).collect();
             let place = |i: usize| if i + 1 == width { last } else { sample.columns[i] };
@@ -133,6 +150,7 @@ impl Problem {
                 eliminated.extend(batch.own);
             }
             all.push(sums);
+            all_free.push(free.into_iter().map(|i| sample.columns[i]).collect());
             own.push(eliminated.into_iter().collect::<Option<Vec<Eliminated>>>());
         }
         let slopes = whole.diagonal();
@@ -152,7 +170,8 @@ impl Problem {
         let reduced = own.filter(|_| is_finite).map(|own| {
             let ln_determinants = own.iter().flatten().map(|own| own.factor.ln_determinant());
             let columns = self.samples.iter().map(|sample| sample.columns).collect();
-            Arc::new(Reduced { products, squares, own_ln_determinant: ln_determinants.sum(), own, columns })
+            let (own_ln_determinant, free) = (ln_determinants.sum(), all_free);
+            Arc::new(Reduced { products, squares, own_ln_determinant, own, columns, free })
         });
         let cost = if cost.is_finite() { cost } else { f64::INFINITY };
         Evaluation { state, cost, shots: Arc::new(all), slopes, reduced }
@@ -168,6 +187,11 @@ impl Problem {
 }
 
 impl Evaluation {
+    /// Forgets everything but state and cost.
+    pub(crate) fn forget(&mut self) {
+        (self.shots, self.reduced) = (Arc::default(), None);
+    }
+
     /// Returns the same state with another cost.
     pub(crate) fn costing(self, cost: f64) -> Self {
         Self { cost, ..self }
@@ -243,12 +267,12 @@ impl Reduced {
         Some((least, self.own_ln_determinant + cholesky.ln_determinant()))
     }
 
-    /// Returns the derivatives of own unknowns of shot `i` of a sample by these shared unknowns: a
-    /// row each.
+    /// Returns the derivatives of the own unknowns of shot `i` of a sample that are not held by these
+    /// shared unknowns, which must be free: a row each.
     pub fn response(&self, sample: usize, i: usize, columns: &[usize]) -> DMatrix<f64> {
         let response = &self.own[sample][i].response;
         let mut by = DMatrix::zeros(response.nrows(), columns.len());
-        for (local, column) in self.columns[sample].iter().enumerate().take(response.ncols() - 1) {
+        for (local, column) in self.free[sample].iter().enumerate() {
             if let Some(j) = columns.iter().position(|other| other == column) {
                 by.column_mut(j).axpy(-1.0, &response.column(local), 1.0);
             }
@@ -270,15 +294,18 @@ impl Reduced {
             state.shared.0[*column] += by;
         }
         for (s, sample) in problem.samples.iter().enumerate() {
-            // the step in the order of the sample's unknowns
+            // the step in the order of the sample's free unknowns
             let step_of =
                 |column: &usize| columns.iter().position(|other| other == column).map_or(0.0, |j| by[j]);
-            let step = DVector::from_iterator(SHARED, sample.columns.iter().map(step_of));
+            let last = self.free[s].len();
+            let step = DVector::from_iterator(last, self.free[s].iter().map(step_of));
             state.own[s].par_iter_mut().enumerate().for_each(|(i, own)| {
-                let response = &self.own[s][i].response;
-                let last = response.ncols() - 1;
-                let moved =
-                    &*own - response.columns(0, last) * step.rows(0, last) - response.column(last) * follow;
+                let Eliminated { places, response, .. } = &self.own[s][i];
+                let mut moved = own.clone();
+                let by = response.columns(0, last) * &step + response.column(last) * follow;
+                for (place, by) in places.iter().zip(&by) {
+                    moved[*place] -= by;
+                }
                 *own = sample.block.bounded(i, own, moved);
             });
         }

@@ -153,10 +153,9 @@ fn restricted(problem: &Problem, at: &Evaluation, (sample, rho): (usize, f64), d
 /// information that is not its prior's.
 fn count_own(shots: &[ShotSums], own: &[Eliminated]) -> f64 {
     let count_shot = |(shot, own): (&ShotSums, &Eliminated)| {
-        let covariance = own.covariance();
-        let free = (0..shot.held.len()).filter(|place| !shot.held[*place]);
-        let of_data = |place: usize| (1.0 - covariance[(place, place)] * shot.known[place]).clamp(0.0, 1.0);
-        free.map(of_data).sum::<f64>()
+        let variances = own.variances();
+        let all = own.places.iter().zip(&variances);
+        all.map(|(place, variance)| (1.0 - variance * shot.known[*place]).clamp(0.0, 1.0)).sum::<f64>()
     };
     shots.iter().zip(own).map(count_shot).sum()
 }

@@ -165,8 +165,7 @@ impl<'a> Run<'a> {
                 let distance = |i: usize| distances[i].unwrap_or(0.0);
                 judge_shots(&run.descent.end.shots[0], distance, f64::MIN_POSITIVE, policy)
             };
-            let film = run.problem.film_mut();
-            let frames = film.map_or(0, |film| leave_out_frames(film, &state.own[0], &state.shared, policy));
+            let frames = run.leave_out_frames(&state);
             if keep.contains(&false) {
                 run.leave_out(&keep, &mut state);
                 // what was fitted to wrong shots may be another minimum
@@ -181,7 +180,7 @@ impl<'a> Run<'a> {
                 }
                 continue;
             }
-            run.descent = descend_with_noise(&mut run.problem, state);
+            run.descend(state);
         }
         Ok(run)
     }
@@ -208,16 +207,29 @@ impl<'a> Run<'a> {
         })
     }
 
+    /// Descends from a state. What was eliminated at the end of the descent before is as large as the
+    /// film.
+    fn descend(&mut self, from: State) {
+        self.descent.end.forget();
+        self.descent = descend_with_noise(&mut self.problem, from);
+    }
+
+    /// Leaves out frames that fit no collision, also of the search from the beginning; returns their
+    /// number.
+    fn leave_out_frames(&mut self, state: &State) -> usize {
+        let Some((film, first)) = self.problem.film_mut().zip(self.first.0.film_mut()) else { return 0 };
+        let frames = leave_out_frames(film, &state.own[0], &state.shared, self.policy);
+        for (first, shot) in Arc::make_mut(&mut first.shots).iter_mut().zip(film.shots.iter()) {
+            first.tracks = Arc::clone(&shot.tracks);
+        }
+        frames
+    }
+
     /// Leaves out the shots that are not kept, and says so.
     fn leave_out(&mut self, keep: &[bool], state: &mut State) {
         self.problem.retain(0, state, keep);
         let (first, start) = &mut self.first;
         first.retain(0, start, keep);
-        if let Some((first, film)) = first.film_mut().zip(self.problem.film()) {
-            for (first, shot) in Arc::make_mut(&mut first.shots).iter_mut().zip(film.shots.iter()) {
-                first.tracks = Arc::clone(&shot.tracks);
-            }
-        }
         self.findings.push(Finding::LostShots { names: split_names(&mut self.names, keep) });
     }
 
@@ -230,7 +242,7 @@ impl<'a> Run<'a> {
         let [before, after] = reach;
         self.findings.push(if lags { Finding::Lags } else { Finding::Spoiled { before, after } });
         outliers::leave_out_spoiled(film, &state.own[0], reach);
-        self.descent = descend_with_noise(&mut self.problem, state);
+        self.descend(state);
     }
 
     /// Adopts effects beyond the model and causes of residuals that the frames show; returns the
@@ -294,7 +306,7 @@ impl<'a> Run<'a> {
         let Some(film) = self.problem.film_mut() else { return };
         film.scatters = scatters;
         let state = self.descent.end.state.clone();
-        self.descent = descend_with_noise(&mut self.problem, state);
+        self.descend(state);
     }
 
     /// Returns the noise of the frames of each ball.

@@ -181,14 +181,6 @@ impl ShotSums {
     pub(crate) fn count_free(&self) -> usize {
         self.held.iter().filter(|held| !**held).count()
     }
-
-    /// Returns derivatives by own unknowns and others, those that are held left out.
-    pub(crate) fn without_held(&self, mut by: DVector<f64>) -> DVector<f64> {
-        for (by, _) in by.iter_mut().zip(&self.held).filter(|(_, held)| **held) {
-            *by = 0.0;
-        }
-        by
-    }
 }
 
 /// The contribution of a shot to the normal equations.

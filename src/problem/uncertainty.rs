@@ -77,15 +77,15 @@ impl Estimates {
     /// Returns the variance of a number of shot `i` of a sample with these derivatives by its own
     /// unknowns and the shared ones.
     pub(crate) fn variance(&self, reduced: &Reduced, (sample, i): (usize, usize), by: &DVector<f64>) -> f64 {
+        let own = &reduced.own[sample][i];
         let response = reduced.response(sample, i, &self.columns);
-        let first = response.nrows();
-        let mut by_shared = response.tr_mul(&by.rows(0, first));
-        for (by_local, column) in by.iter().skip(first).zip(&reduced.columns[sample]) {
+        let mut by_shared = response.tr_mul(&by.select_rows(&own.places));
+        for (by_local, column) in by.iter().skip(own.count).zip(&reduced.columns[sample]) {
             if let Some(place) = self.position(*column) {
                 by_shared[place] += by_local;
             }
         }
-        reduced.own[sample][i].variance(by) + by_shared.dot(&(&self.covariance * &by_shared))
+        own.variance(by) + by_shared.dot(&(&self.covariance * &by_shared))
     }
 
     /// Returns half of d²χ²/dx² and of dχ²/dx of other unknowns if the estimates follow them.

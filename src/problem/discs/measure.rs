@@ -229,7 +229,7 @@ fn list_impacts(
         let motion = block.follow(i, own, &end.state.shared)?;
         let measure = |(column, quantity): (&'static str, Option<Dual>)| {
             let measured = |quantity: Dual| {
-                let by = end.shots[0][i].without_held(by_unknowns(&quantity, own.len()));
+                let by = by_unknowns(&quantity, own.len());
                 let is_stated = column == "mass_ratio" && block.discs.masses.is_some();
                 let sd = (!is_stated).then(|| solution.covariance.variance(reduced, (0, i), &by).sqrt());
                 Measured { value: quantity.re, sd }

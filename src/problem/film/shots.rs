@@ -205,7 +205,6 @@ impl Solution {
         let fitted = self.film_shot(i)?;
         let struck = fitted.struck()?;
         let Fitted { shot, own, .. } = fitted;
-        let sums = self.at.shots.first()?.get(i)?;
         let inputs = &struck.inputs;
         let velocity = struck.turn(&struck.before.velocity);
         let mut all = vec![
@@ -223,7 +222,7 @@ impl Solution {
         all.push(("cue_side_spin_of_speed", inputs[own::SIDE]));
         let estimate = |(column, value): (&'static str, Dual)| {
             let by = gradient(&value);
-            let by = sums.without_held(DVector::from_fn(OWN, |place, _| by[input_of(place)]));
+            let by = DVector::from_fn(OWN, |place, _| by[input_of(place)]);
             let sd = self.covariance.variance(reduced, (0, i), &by).sqrt();
             OwnEstimate { column, value: value.re, sd }
         };
