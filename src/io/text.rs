@@ -100,11 +100,14 @@ pub(crate) fn cells(line: &str, separator: Separator) -> Result<Vec<Cow<'_, str>
     let Some(separator) = separator else {
         return Ok(line.split_whitespace().map(Cow::Borrowed).collect());
     };
+    // one allocation is enough for most tables
+    let mut cells = Vec::with_capacity(12);
     if !line.contains('"') {
-        return Ok(line.split(separator).map(|cell| Cow::Borrowed(cell.trim())).collect());
+        cells.extend(line.split(separator).map(|cell| Cow::Borrowed(cell.trim())));
+        return Ok(cells);
     }
     let is_blank = |c: char| c.is_whitespace() && c != separator;
-    let (mut cells, mut rest) = (Vec::new(), line);
+    let mut rest = line;
     loop {
         let after = if let Some(quoted) = rest.trim_start_matches(is_blank).strip_prefix('"') {
             // a doubled quotation mark does not close the cell
@@ -167,7 +170,8 @@ const LONGEST: usize = 64;
 /// mark (point or comma) and an exponent (after e or, as in Fortran, d).
 pub(crate) fn parse(cell: &str) -> Result<Option<f64>, &'static str> {
     let cell = cell.trim();
-    let is_plain = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit() || b".+-eE".contains(&byte));
+    let is_plain =
+        |text: &str| text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'+' | b'-' | b'e' | b'E'));
     let plain = |c| match c {
         '\u{2212}' => '-',
         ',' => '.',
@@ -212,6 +216,9 @@ impl Mark {
     /// Returns the number of a cell, `None` if it is empty or wrong; the latter is a problem.
     pub(crate) fn number(&mut self, cell: Place) -> Option<f64> {
         let value = self.beside(cell)?;
+        if self.is_decimal {
+            return Some(value);
+        }
         let text = cell.text.trim();
         let digits = text.strip_prefix(['-', '+', '\u{2212}']).unwrap_or(text);
         let is_group = |text: &str, least: usize| {
@@ -240,7 +247,8 @@ impl Mark {
             cell.wrong(format!("\"{text}\" {why}; expected a finite number or an empty cell"));
         };
         let value = parse(cell.text).map_err(wrong).ok().flatten()?;
-        let Some(mark) = MARKS.iter().position(|mark| cell.text.contains(*mark)) else { return Some(value) };
+        let mark = cell.text.chars().find_map(|c| MARKS.iter().position(|mark| *mark == c));
+        let Some(mark) = mark else { return Some(value) };
         if let (None, Some(line)) = (self.seen[mark], self.seen[1 - mark]) {
             let (text, [own, other]) = (cell.text.trim(), [mark, 1 - mark].map(|mark| MARK_WORDS[mark]));
             cell.wrong(format!(

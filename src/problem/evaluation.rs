@@ -67,9 +67,9 @@ struct Batch {
 }
 
 impl Batch {
-    /// Adds up the contributions of shots, of which `width` − 1 shared unknowns have a part; the columns
-    /// `free` of these are the unknowns that are free, and the residual.
-    fn of(contributions: impl Iterator<Item = Contribution>, width: usize, free: &[usize]) -> Self {
+    /// Adds up the contributions of shots, of which `width` − 1 shared unknowns have a part; keeps these
+    /// columns of a response to them and to the residuals.
+    fn of(contributions: impl Iterator<Item = Contribution>, width: usize, kept: &[usize]) -> Self {
         let whole = DMatrix::zeros(width, width);
         let mut batch = Self { shots: Vec::new(), own: Vec::new(), reduced: whole.clone(), whole };
         for shot in contributions {
@@ -84,7 +84,7 @@ impl Batch {
                 let beside = beside.select_rows(&places);
                 let response = factor.solve(&beside);
                 batch.reduced.gemm(-1.0, &beside.transpose(), &response, 1.0);
-                Eliminated { places, count: first, response: response.select_columns(free), factor }
+                Eliminated { places, count: first, response: response.select_columns(kept), factor }
             });
             batch.own.push(eliminated);
             batch.shots.push(shot.sums);
@@ -103,8 +103,8 @@ pub(crate) struct Reduced {
     /// Logarithm of the determinant of the own unknowns' normal matrices.
     pub(crate) own_ln_determinant: f64,
     pub(crate) columns: Vec<[usize; SHARED]>,
-    /// Columns of the problem of the unknowns of each sample that are free, in the order of a response.
-    free: Vec<Vec<usize>>,
+    /// Columns in the order of a response: of each sample those that are free, and the residual.
+    kept: Vec<Vec<usize>>,
 }
 
 impl Problem {
@@ -120,24 +120,19 @@ impl Problem {
         let last = self.unknowns.len();
         let mut whole = DMatrix::zeros(last + 1, last + 1);
         let mut products = whole.clone();
-        let (mut all, mut own, mut all_free) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut all, mut own, mut all_kept) = (Vec::new(), Vec::new(), Vec::new());
         for (sample, values) in self.samples.iter().zip(&state.own) {
             let shared = sample.gather(&state.shared);
             let width = sample.block.shared() + 1;
-            let is_free = |i: &usize| self.unknowns[sample.columns[*i]].mode == Mode::Free;
-            let free: Vec<usize> = (0..width - 1).filter(is_free).collect();
-            let with_residual = [&free[..], &[width - 1]].concat();
+            let place = |i: usize| if i + 1 == width { last } else { sample.columns[i] };
+            let is_kept = |i: &usize| self.unknowns.get(place(*i)).is_none_or(|of| of.mode == Mode::Free);
+            let kept: Vec<usize> = (0..width).filter(is_kept).collect();
             let size = values.len().div_ceil(BATCHES).max(MIN_BATCH);
             let add_up = |(batch, values): (usize, &[Own])| {
                 let shots = values.iter().zip(size * batch..);
-                Batch::of(
-                    shots.map(|(own, i)| sample.block.contribute(i, own, &shared)),
-                    width,
-                    &with_residual,
-                )
+                Batch::of(shots.map(|(own, i)| sample.block.contribute(i, own, &shared)), width, &kept)
             };
             let batches: Vec<Batch> = values.par_chunks(size).enumerate().map(add_up).collect();
-            let place = |i: usize| if i + 1 == width { last } else { sample.columns[i] };
             let (mut sums, mut eliminated) = (Vec::new(), Vec::new());
             for batch in batches {
                 for (total, own) in [(&mut whole, &batch.whole), (&mut products, &batch.reduced)] {
@@ -150,7 +145,7 @@ impl Problem {
                 eliminated.extend(batch.own);
             }
             all.push(sums);
-            all_free.push(free.into_iter().map(|i| sample.columns[i]).collect());
+            all_kept.push(kept.into_iter().map(place).collect());
             own.push(eliminated.into_iter().collect::<Option<Vec<Eliminated>>>());
         }
         let slopes = whole.diagonal();
@@ -170,8 +165,8 @@ impl Problem {
         let reduced = own.filter(|_| is_finite).map(|own| {
             let ln_determinants = own.iter().flatten().map(|own| own.factor.ln_determinant());
             let columns = self.samples.iter().map(|sample| sample.columns).collect();
-            let (own_ln_determinant, free) = (ln_determinants.sum(), all_free);
-            Arc::new(Reduced { products, squares, own_ln_determinant, own, columns, free })
+            let (own_ln_determinant, kept) = (ln_determinants.sum(), all_kept);
+            Arc::new(Reduced { products, squares, own, own_ln_determinant, columns, kept })
         });
         let cost = if cost.is_finite() { cost } else { f64::INFINITY };
         Evaluation { state, cost, shots: Arc::new(all), slopes, reduced }
@@ -187,11 +182,6 @@ impl Problem {
 }
 
 impl Evaluation {
-    /// Forgets everything but state and cost.
-    pub(crate) fn forget(&mut self) {
-        (self.shots, self.reduced) = (Arc::default(), None);
-    }
-
     /// Returns the same state with another cost.
     pub(crate) fn costing(self, cost: f64) -> Self {
         Self { cost, ..self }
@@ -272,7 +262,7 @@ impl Reduced {
     pub fn response(&self, sample: usize, i: usize, columns: &[usize]) -> DMatrix<f64> {
         let response = &self.own[sample][i].response;
         let mut by = DMatrix::zeros(response.nrows(), columns.len());
-        for (local, column) in self.free[sample].iter().enumerate() {
+        for (local, column) in self.kept[sample].iter().enumerate() {
             if let Some(j) = columns.iter().position(|other| other == column) {
                 by.column_mut(j).axpy(-1.0, &response.column(local), 1.0);
             }
@@ -294,16 +284,16 @@ impl Reduced {
             state.shared.0[*column] += by;
         }
         for (s, sample) in problem.samples.iter().enumerate() {
-            // the step in the order of the sample's free unknowns
-            let step_of =
-                |column: &usize| columns.iter().position(|other| other == column).map_or(0.0, |j| by[j]);
-            let last = self.free[s].len();
-            let step = DVector::from_iterator(last, self.free[s].iter().map(step_of));
+            // the step in the order of a response
+            let step_of = |column: &usize| match columns.iter().position(|other| other == column) {
+                _ if *column == self.last() => follow,
+                place => place.map_or(0.0, |j| by[j]),
+            };
+            let step = DVector::from_iterator(self.kept[s].len(), self.kept[s].iter().map(step_of));
             state.own[s].par_iter_mut().enumerate().for_each(|(i, own)| {
                 let Eliminated { places, response, .. } = &self.own[s][i];
                 let mut moved = own.clone();
-                let by = response.columns(0, last) * &step + response.column(last) * follow;
-                for (place, by) in places.iter().zip(&by) {
+                for (place, by) in places.iter().zip(&(response * &step)) {
                     moved[*place] -= by;
                 }
                 *own = sample.block.bounded(i, own, moved);

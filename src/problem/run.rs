@@ -180,7 +180,7 @@ impl<'a> Run<'a> {
                 }
                 continue;
             }
-            run.descend(state);
+            run.descent = descend_with_noise(&mut run.problem, state);
         }
         Ok(run)
     }
@@ -205,13 +205,6 @@ impl<'a> Run<'a> {
             refit.findings.insert(0, lost);
             refit
         })
-    }
-
-    /// Descends from a state. What was eliminated at the end of the descent before is as large as the
-    /// film.
-    fn descend(&mut self, from: State) {
-        self.descent.end.forget();
-        self.descent = descend_with_noise(&mut self.problem, from);
     }
 
     /// Leaves out frames that fit no collision, also of the search from the beginning; returns their
@@ -242,7 +235,7 @@ impl<'a> Run<'a> {
         let [before, after] = reach;
         self.findings.push(if lags { Finding::Lags } else { Finding::Spoiled { before, after } });
         outliers::leave_out_spoiled(film, &state.own[0], reach);
-        self.descend(state);
+        self.descent = descend_with_noise(&mut self.problem, state);
     }
 
     /// Adopts effects beyond the model and causes of residuals that the frames show; returns the
@@ -306,7 +299,7 @@ impl<'a> Run<'a> {
         let Some(film) = self.problem.film_mut() else { return };
         film.scatters = scatters;
         let state = self.descent.end.state.clone();
-        self.descend(state);
+        self.descent = descend_with_noise(&mut self.problem, state);
     }
 
     /// Returns the noise of the frames of each ball.

@@ -286,9 +286,8 @@ impl Contribution {
         self.add_number(normal.pull(value), (by / normal.sd).as_slice());
     }
 
-    /// Adds a number that scatters; own unknowns that are held must be known.
-    pub(crate) fn add_scattered(&mut self, mut number: Scattered, spreads: &[Spread]) {
-        number.by.retain(|(place, _)| self.sums.held.get(*place) != Some(&true));
+    /// Adds a number that scatters.
+    pub(crate) fn add_scattered(&mut self, number: Scattered, spreads: &[Spread]) {
         let sd = spreads[number.spread].sd;
         self.sums.known[number.place] = sd.powi(-2);
         self.add_number(number.value / sd, (number.derivatives() / sd).as_slice());

@@ -1,12 +1,14 @@
 //! From rows to shots: clips, pieces of tracks, balls, times, and positions in metres.
 
+use rayon::prelude::*;
+
 use super::camera::Calibration;
 use super::names::{assign, find, find_discs};
-use super::raw::{Job, RawShot, RawTrack, Row, Subject, jump_speed, sorted, stem};
+use super::raw::{Job, Notes, RawShot, RawTrack, Row, Subject, jump_speed, sorted, stem};
 use super::repair::{self, Wrong, remove_lost};
 use super::settings::TrackSettings;
 use super::words::Unit;
-use super::{Facts, time};
+use super::{Facts, MIN_SHOTS_PER_CORE, time};
 use crate::film::rigid_body::circle_centres;
 use crate::io::text::shortened;
 use crate::measurement::dataset::Tracks;
@@ -24,8 +26,14 @@ const CLEAR_RATIO: f64 = 2.0;
 /// clips is separated, and pieces of tracks are joined. `alone`: the names of clips are their
 /// numbers, without the file's name.
 pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawShot> {
-    for shot in &mut shots {
-        remove_lost(shot, job);
+    let repair = |shot: &mut RawShot| {
+        let notes = Notes::default();
+        remove_lost(shot, &notes);
+        notes
+    };
+    let repaired: Vec<Notes> = shots.par_iter_mut().with_min_len(MIN_SHOTS_PER_CORE).map(repair).collect();
+    for notes in repaired {
+        job.notes.append(notes);
     }
     // names of shots in the table are believed
     if let [shot] = shots.as_slice() {

@@ -66,6 +66,8 @@ fn with_width<'a>(mut cells: Vec<Cow<'a, str>>, layout: &Layout) -> Result<Vec<C
 pub(super) struct Reader<'a> {
     job: Job<'a>,
     layout: &'a Layout,
+    /// The name of the file's only shot.
+    stem: Cow<'a, str>,
     times: Mark,
     positions: Mark,
     /// The mark before the fraction of the first time if it is that of a clock, with its line.
@@ -79,11 +81,11 @@ pub(super) struct Reader<'a> {
 impl<'a> Reader<'a> {
     pub(super) fn new(job: Job<'a>, layout: &'a Layout) -> Self {
         let (times, positions, shots) = (Mark::default(), Mark::default(), IndexMap::new());
-        Self { job, layout, times, positions, clock: None, digits: 0, shots }
+        Self { job, layout, stem: stem(job.file), times, positions, clock: None, digits: 0, shots }
     }
 
     pub(super) fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body]) {
-        let (job, layout, stem) = (self.job, self.layout, stem(self.job.file));
+        let (job, layout) = (self.job, self.layout);
         let Job { file, problems, .. } = job;
         let at = |column: usize| {
             let (column, text) = (layout.heading.names[column].as_str(), cells[column].as_ref());
@@ -110,7 +112,7 @@ impl<'a> Reader<'a> {
                 return;
             }
         }
-        let name = layout.shot.map_or(&*stem, |column| at(column).text);
+        let name = layout.shot.map_or(&*self.stem, |column| at(column).text);
         let shot = self.shots.get_index_of(name).unwrap_or_else(|| {
             let (file, name, stated) = (file.to_path_buf(), name.to_string(), layout.stated);
             let shot = RawShot { name, file, line, stated, tracks: Vec::new() };

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector4;
 
-use super::raw::{Job, RawShot, RawTrack, Row, Subject, UNLIKE, jump_speed, sorted, value_at};
+use super::raw::{Job, Notes, RawShot, RawTrack, Row, Subject, UNLIKE, jump_speed, value_at};
 
 /// Ratio to the step of coarse coordinates below which a ball may move without being seen to.
 const MAX_COARSE: f64 = 4.0;
@@ -22,15 +22,15 @@ pub(super) struct Wrong {
 
 /// Makes gaps of placeholders for a lost ball, unless its path leads there, and of impossible
 /// places and times: a lost decimal point, a misprint.
-pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
+pub(super) fn remove_lost(shot: &mut RawShot, notes: &Notes) {
     let paths = shot.tracks.iter().filter(|track| !track.is_angle);
     let paths: Vec<Vec<&Row>> = paths.map(|track| track.seen().collect()).collect();
     // the ranges of the middle nine tenths of x, y and time
     let values = |row: &Row| [row.place[0], row.place[1], row.time];
     let ranges = [0, 1, 2].map(|k| {
         let good = paths.iter().flatten().filter(|row| !row.is_placeholder());
-        let all = sorted(good.map(|row| values(row)[k]));
-        [0.05, 0.95].map(|part| value_at(&all, part).unwrap_or(f64::NAN))
+        let mut all: Vec<f64> = good.map(|row| values(row)[k]).collect();
+        [0.05, 0.95].map(|part| value_at(&mut all, part).unwrap_or(f64::NAN))
     });
     let [x, y, t] = ranges.map(|[low, high]| high - low);
     let reach = [x.max(y), x.max(y), t].map(|range| UNLIKE * range);
@@ -66,7 +66,8 @@ pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
         for (row, why) in rows.iter_mut().filter(|row| !row.is_gap()).zip(lost) {
             let Some(why) = why else { continue };
             let [x, y] = row.place;
-            job.note(Subject::Gaps, row.line, format!("\"{name}\" is at ({x}, {y}), {why}: taken as a gap"));
+            let message = format!("\"{name}\" is at ({x}, {y}), {why}: taken as a gap");
+            notes.add(&shot.file, Subject::Gaps, Some(row.line), message);
             row.lose();
         }
     }

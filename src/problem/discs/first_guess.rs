@@ -57,13 +57,10 @@ impl Film<DiscBlock> {
             shot.position_sd = None;
         }
         let findings = repair_drops(&mut shots).into_iter().collect();
-        let (mut guessed, mut left_out) = (Vec::new(), tracks.left_out.clone());
-        for guess in shots.into_par_iter().map(Guessed::new).collect::<Vec<_>>() {
-            match guess {
-                Ok(guess) => guessed.push(guess),
-                Err((name, why)) => left_out.push((name, why.to_string())),
-            }
-        }
+        let (refused, guessed): (Vec<_>, Vec<_>) =
+            shots.into_par_iter().partition_map(|shot| Guessed::new(shot).into());
+        let mut left_out = tracks.left_out.clone();
+        left_out.extend(refused.into_iter().map(|(name, why)| (name, why.to_string())));
         if guessed.is_empty() {
             return Err(FilmError::NoImpact(left_out));
         }

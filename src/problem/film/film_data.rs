@@ -135,13 +135,8 @@ fn guess_all(shots: Vec<TrackShot>, from_balls: bool, left_out: &mut Vec<(String
         Ok(guess) => Ok(Guessed { track, guess }),
         Err(why) => Err((track.name, why)),
     };
-    let (mut guessed, mut refused) = (Vec::new(), Vec::new());
-    for guess in shots.into_par_iter().map(guess).collect::<Vec<_>>() {
-        match guess {
-            Ok(guess) => guessed.push(guess),
-            Err(why) => refused.push(why),
-        }
-    }
+    let (refused, guessed): (Vec<_>, Vec<_>) =
+        shots.into_par_iter().partition_map(|track| guess(track).into());
     let is_moving = |why: &Unusable| matches!(why, Unusable::ObjectMoving { .. });
     let are_all = guessed.is_empty() && refused.len() > 1 && refused.iter().all(|(_, why)| is_moving(why));
     let in_all = if are_all { ", as in all shots" } else { "" };
