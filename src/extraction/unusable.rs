@@ -11,7 +11,6 @@ pub(crate) enum Bodies {
 
 impl Bodies {
     /// Returns the names of both bodies.
-    #[must_use]
     pub const fn names(self) -> [&'static str; 2] {
         match self {
             Self::Balls => ["cue ball", "object ball"],

@@ -34,7 +34,6 @@ impl FoundCamera {
     }
 
     /// Returns the value of a correction, stated or found; of the axis of a lens its decentring.
-    #[must_use]
     pub fn get(&self, correction: Correction) -> f64 {
         Camera::new(&self.0.state().shared).get(correction as usize)
     }
@@ -65,7 +64,6 @@ impl FoundCamera {
     }
 
     /// Returns the corrections as a sentence; `None` if all were held.
-    #[must_use]
     pub fn sentence(&self) -> Option<String> {
         let in_words = |(which, found): (Correction, Measured)| (which.words(), found.value, found.sd);
         let corrections: Vec<_> = self.corrections().into_iter().map(in_words).collect();

@@ -23,7 +23,6 @@ pub(crate) struct FittedFilm {
 
 impl FittedFilm {
     /// Returns the shots of a fit with what they were read from.
-    #[must_use]
     pub(crate) fn new(solution: impl Into<Arc<Solution>>, dataset: &Dataset) -> Self {
         let (solution, read) = (solution.into(), dataset.tracks.as_ref());
         let shots = read.into_iter().flat_map(|tracks| &tracks.shots);
@@ -43,25 +42,21 @@ impl FittedFilm {
     }
 
     /// Returns the names of the shots.
-    #[must_use]
     pub fn names(&self) -> Vec<&str> {
         self.tracks.iter().map(|track| track.name.as_str()).collect()
     }
 
     /// Returns the radius of the object ball, m.
-    #[must_use]
     pub fn radius(&self) -> f64 {
         self.solution.radius()
     }
 
     /// Returns what the shots were read from.
-    #[must_use]
     pub fn tracks(&self) -> &[TrackShot] {
         &self.tracks
     }
 
     /// Returns the impact of the shot of this name.
-    #[must_use]
     pub fn impact(&self, name: &str) -> Option<&Impact> {
         self.impacts.iter().find(|impact| impact.shot.name == name)
     }
@@ -83,13 +78,11 @@ impl FittedFilm {
     }
 
     /// Returns the unknowns of each shot, with its name: impact, velocity, spins.
-    #[must_use]
     pub fn estimates(&self) -> Vec<(&str, Vec<OwnEstimate>)> {
         self.names().into_iter().zip(self.solution.own_estimates(self.origin())).collect()
     }
 
     /// Returns the estimate of an unknown that all shots share, with its standard error.
-    #[must_use]
     pub fn shared(&self, id: Id) -> Option<Measured> {
         let estimate = self.solution.get(id)?;
         Some(Measured::new(estimate.value, estimate.std_error?))

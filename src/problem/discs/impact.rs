@@ -60,13 +60,11 @@ pub struct DiscImpact {
 impl DiscImpact {
     /// Returns the quantity of a column of discs.csv, in the unit of that column, if the tracks
     /// determine it.
-    #[must_use]
     pub fn get(&self, column: &str) -> Option<Measured> {
         self.values.iter().find(|(name, _)| *name == column)?.1
     }
 
     /// Returns the place of the centre of a disc (0 or 1) in the film at a time (s), in its unit.
-    #[must_use]
     pub fn place(&self, disc: usize, time: f64) -> [f64; 2] {
         let (unit, middle) = self.film;
         (Point::from(self.paths.place(disc, time)) / unit + middle).into()

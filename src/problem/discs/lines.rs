@@ -185,7 +185,6 @@ const SETTLED: usize = 6;
 
 impl Stuck {
     /// Returns how the discs stick together, as a clause.
-    #[must_use]
     pub fn sentence(&self) -> String {
         format!(
             "the discs stick together: after the impact their centres stay {:.2} mm apart for {} frames{}, so that e = 0 ({:.4} ± \

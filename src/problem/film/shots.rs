@@ -60,7 +60,6 @@ pub(crate) struct Impact {
 impl Impact {
     /// Returns the speeds of the cue ball before and after the impact, and of the object ball after
     /// it, m/s.
-    #[must_use]
     pub fn speeds(&self) -> [f64; 3] {
         let Before::Impact { velocity: [x, y], .. } = self.shot.before else { return [f64::NAN; 3] };
         let after: Vec<f64> = self.shot.after.iter().map(|after| after.measured.value).collect();
@@ -85,7 +84,6 @@ pub(crate) struct FittedFrame {
 
 impl FittedFrame {
     /// Returns measured less predicted, in standard deviations.
-    #[must_use]
     pub fn standardized(&self) -> [f64; 2] {
         [0, 1].map(|axis| (self.seen[axis] - self.predicted[axis]) / self.sd[axis])
     }
@@ -163,20 +161,17 @@ impl Solution {
     }
 
     /// Returns the frames of shot `i` of a film against the fit.
-    #[must_use]
     pub(crate) fn fitted_frames(&self, i: usize) -> Vec<FittedFrame> {
         let fitted_frames = |Fitted { film, shot, own, shared }| film.fitted_frames(shot, own, &shared);
         self.film_shot(i).map(fitted_frames).unwrap_or_default()
     }
 
     /// Returns the radius of the object ball of a film, m.
-    #[must_use]
     pub fn radius(&self) -> f64 {
         self.problem.film().map_or(f64::NAN, |film| film.contact.object().radius)
     }
 
     /// Returns how shot `i` of a film goes by the fit.
-    #[must_use]
     pub fn motion(&self, i: usize) -> Option<Motion> {
         let fitted = self.film_shot(i)?;
         let [cue, object] = fitted.struck()?.after.map(|ball| ball.velocity.map(|v| v.re));
@@ -193,7 +188,6 @@ impl Solution {
 
     /// Returns the own unknowns of each shot of a film in the frame of the table, from a point (m);
     /// their errors include those of what all shots share.
-    #[must_use]
     pub(crate) fn own_estimates(&self, from: [f64; 2]) -> Vec<Vec<OwnEstimate>> {
         let reduced = self.at.reduced();
         let shots = (0..self.names.first().map_or(0, Vec::len)).into_par_iter();
@@ -232,7 +226,6 @@ impl Solution {
     /// Returns the impact of shot `i` of a film as its frames show it without a law of the impact,
     /// the camera and the cloth as the fit has them; `track` is what it was read from. `None` if
     /// its frames do not show it.
-    #[must_use]
     pub fn impact(&self, i: usize, track: &TrackShot) -> Option<Impact> {
         let Fitted { film, shot, own, mut shared } = self.film_shot(i)?;
         let (own, sums) = film.settle(shot, own.clone(), (&mut shared, &Id::OFFSETS), SHOT_STOP);

@@ -314,9 +314,9 @@ fn encoded(pixels: &[u8], (width, height): (u32, u32)) -> Result<Vec<u8>, png::E
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);
-    encoder.set_compression(png::Compression::Default);
-    // flat colours compress best unfiltered
-    encoder.set_filter(png::FilterType::NoFilter);
+    encoder.set_compression(png::Compression::Fast);
+    // flat colours become zeros
+    encoder.set_filter(png::FilterType::Up);
     encoder.write_header()?.write_image_data(pixels)?;
     Ok(bytes)
 }
