@@ -64,7 +64,6 @@ macro_rules! worded {
 
                 $(
                     $(#[$function_about])*
-                    #[must_use]
                     $function_vis fn $function(self) -> &'static str {
                         TEXTS[self as usize][Column::$function as usize]
                     }

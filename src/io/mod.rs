@@ -59,7 +59,6 @@ pub(crate) fn load_text(text: &str, path: &Path) -> Result<Dataset, DatasetError
 }
 
 /// Returns the JSON Schema (draft 2020-12) of dataset.toml, for editors that check it.
-#[must_use]
 pub fn schema() -> Schema {
     toml_file::schema::<Keys>()
 }

@@ -41,7 +41,6 @@ pub(crate) fn with_interval(value: f64, [low, high]: [f64; 2]) -> String {
 }
 
 /// `1 shot`, `2 shots`.
-#[must_use]
 pub(crate) fn count_of(count: usize, noun: &str) -> String {
     let plural = if count == 1 { "" } else { "s" };
     format!("{count} {noun}{plural}")

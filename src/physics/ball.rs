@@ -29,7 +29,6 @@ impl Ball {
 
     /// Returns the horizontal distance of the centres of balls on the table that touch, 2√(R₁R₂),
     /// m.
-    #[must_use]
     pub fn contact_distance(&self, other: &Self) -> f64 {
         2.0 * (self.radius * other.radius).sqrt()
     }
@@ -52,13 +51,11 @@ pub struct BallState {
 
 impl BallState {
     /// Returns a ball that slides without spin.
-    #[must_use]
     pub fn stun(velocity: Vec3) -> Self {
         Self { velocity, spin: Vec3::zeros() }
     }
 
     /// Returns a ball in natural roll, without slip on the cloth: ω = (−V_y, V_x, 0)/R.
-    #[must_use]
     pub fn natural_roll(velocity: Vec3, radius: f64) -> Self {
         let spin = Vec3::new(-velocity.y, velocity.x, 0.0) / radius;
         Self { velocity, spin }

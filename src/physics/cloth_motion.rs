@@ -274,7 +274,6 @@ impl Path {
     /// Returns the path of a ball through an impact at a position, m, and a time, s, from its
     /// states just before and after, table frame: before, sliding if it slips there, else rolling;
     /// after, flight with its bounces, sliding, rolling to the end.
-    #[must_use]
     pub fn through(states: [&BallState; 2], ball: &Ball, [x, y]: [f64; 2], time: f64, cloth: &Cloth) -> Self {
         let Cloth { sliding, rolling, bounce } = *cloth;
         let (tilt, smoothing) = (Vector2::zeros(), Smoothing::default());
@@ -298,19 +297,16 @@ impl Path {
     }
 
     /// Returns the position at a time, m.
-    #[must_use]
     pub fn position(&self, time: f64) -> [f64; 2] {
         self.at(time).place.xy().into()
     }
 
     /// Returns the horizontal velocity at a time, m/s.
-    #[must_use]
     pub fn velocity(&self, time: f64) -> [f64; 2] {
         self.at(time).velocity.xy().into()
     }
 
     /// Returns the horizontal spin at a time, ẑ × (V − s)/R, rad/s, of a ball of this radius, m.
-    #[must_use]
     pub fn spin(&self, time: f64, radius: f64) -> [f64; 2] {
         let Moment { velocity, slip, .. } = self.at(time);
         let surface = (velocity.xy() - slip) / radius;

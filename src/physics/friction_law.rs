@@ -18,7 +18,6 @@ pub enum Law {
 
 impl Law {
     /// Returns b and c; both are 0 for a constant friction.
-    #[must_use]
     #[inline]
     pub fn numbers(self) -> [f64; 2] {
         match self {
@@ -28,7 +27,6 @@ impl Law {
     }
 
     /// Returns the friction at the slip `v` in m/s, if it is `mu` at a large slip.
-    #[must_use]
     pub fn mu(self, mu: f64, v: f64) -> f64 {
         let [b, c] = self.numbers();
         mu + b * (-c * v).exp()

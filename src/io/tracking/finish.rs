@@ -26,13 +26,8 @@ const CLEAR_RATIO: f64 = 2.0;
 /// clips is separated, and pieces of tracks are joined. `alone`: the names of clips are their
 /// numbers, without the file's name.
 pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawShot> {
-    let repair = |shot: &mut RawShot| {
-        let notes = Notes::default();
-        remove_lost(shot, &notes);
-        notes
-    };
-    let repaired: Vec<Notes> = shots.par_iter_mut().with_min_len(MIN_SHOTS_PER_CORE).map(repair).collect();
-    for notes in repaired {
+    let repairs = shots.par_iter_mut().with_min_len(MIN_SHOTS_PER_CORE).map(remove_lost);
+    for notes in repairs.collect::<Vec<Notes>>() {
         job.notes.append(notes);
     }
     // names of shots in the table are believed

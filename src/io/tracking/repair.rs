@@ -21,8 +21,9 @@ pub(super) struct Wrong {
 }
 
 /// Makes gaps of placeholders for a lost ball, unless its path leads there, and of impossible
-/// places and times: a lost decimal point, a misprint.
-pub(super) fn remove_lost(shot: &mut RawShot, notes: &Notes) {
+/// places and times: a lost decimal point, a misprint. Returns notes about them.
+pub(super) fn remove_lost(shot: &mut RawShot) -> Notes {
+    let notes = Notes::default();
     let paths = shot.tracks.iter().filter(|track| !track.is_angle);
     let paths: Vec<Vec<&Row>> = paths.map(|track| track.seen().collect()).collect();
     // the ranges of the middle nine tenths of x, y and time
@@ -40,7 +41,7 @@ pub(super) fn remove_lost(shot: &mut RawShot, notes: &Notes) {
     };
     let is_doubtful = |row: &&Row| row.is_placeholder() || (0..3).any(|k| is_off(row, k));
     if !paths.iter().flatten().any(is_doubtful) {
-        return;
+        return notes;
     }
     let good = paths.iter().flat_map(|path| path.windows(2)).filter(|two| !two.iter().any(is_doubtful));
     let limit = jump_speed(good.map(|two| two[0].step(two[1])));
@@ -71,6 +72,7 @@ pub(super) fn remove_lost(shot: &mut RawShot, notes: &Notes) {
             row.lose();
         }
     }
+    notes
 }
 
 impl Row {

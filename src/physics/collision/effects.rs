@@ -33,7 +33,6 @@ macro_rules! effects {
             const REASONS: [[&'static str; 2]; 10] = [$([$there, $not]),+];
 
             /// Returns each effect's name and whether it is on, in the order of [`Effects::NAMES`].
-            #[must_use]
             pub fn list(&self) -> [(&'static str, bool); 10] {
                 [$(($name, self.$switch)),+]
             }

@@ -54,13 +54,11 @@ by_name!(Fidelity, "fidelity", ALL, name);
 
 impl Fidelity {
     /// Returns whether the equations of motion are integrated step by step.
-    #[must_use]
     pub fn is_integrated(self) -> bool {
         matches!(self, Self::Ode | Self::Contact)
     }
 
     /// Returns all effects that this fidelity can simulate.
-    #[must_use]
     #[inline]
     pub fn effects(self) -> Effects {
         let inelastic = Effects { inelasticity: true, ..Effects::NONE };
@@ -105,7 +103,6 @@ pub const MIN_FITTED_KAPPA: f64 = 1e-3;
 
 /// Returns the tangential compliance κ = (2 − σ)/(2(1 − σ)) of elastic bodies with Poisson's ratio
 /// σ, dimensionless (Mindlin 1949).
-#[must_use]
 pub const fn kappa(poisson: f64) -> f64 {
     (2.0 - poisson) / (2.0 * (1.0 - poisson))
 }

@@ -26,7 +26,6 @@ impl Model {
 
     /// Returns a model of equal balls with constant friction and restitution and all effects of the
     /// fidelity, rigid along the surface but for `contact`, whose κ is that of phenolic resin.
-    #[must_use]
     pub fn new(fidelity: Fidelity, ball: Ball) -> Self {
         Self {
             fidelity,
@@ -44,14 +43,12 @@ impl Model {
     }
 
     /// Returns m_cue/m_object.
-    #[must_use]
     #[inline]
     pub fn mass_ratio(&self) -> f64 {
         self.ball.mass / self.object_ball().mass
     }
 
     /// Returns the object ball, which is like the cue ball unless stated otherwise.
-    #[must_use]
     #[inline]
     pub fn object_ball(&self) -> Ball {
         self.object.unwrap_or(self.ball)
@@ -65,13 +62,11 @@ impl Model {
     }
 
     /// Returns R_cue/R_object.
-    #[must_use]
     pub fn radius_ratio(&self) -> f64 {
         self.ball.radius / self.object_ball().radius
     }
 
     /// Returns whether the contact is compliant along the surface.
-    #[must_use]
     pub fn is_compliant(&self) -> bool {
         self.effects.and(self.fidelity.effects()).compliance && self.kappa != 0.0
     }
@@ -85,7 +80,6 @@ impl Model {
     }
 
     /// Returns the model in closed form, [`Fidelity::Full`]; `None` if it is not integrated.
-    #[must_use]
     pub fn closed(&self) -> Option<Self> {
         let effects = self.effects.and(Fidelity::Full.effects());
         self.fidelity.is_integrated().then_some(Self { fidelity: Fidelity::Full, effects, ..*self })

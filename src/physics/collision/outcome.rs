@@ -30,7 +30,6 @@ impl Outcome {
     }
 
     /// Returns the twelve components in the order of the rows of [`Jacobian`].
-    #[must_use]
     pub fn components(&self) -> SVector<f64, 12> {
         let vectors = [self.cue.velocity, self.cue.spin, self.object.velocity, self.object.spin];
         SVector::from_fn(|i, _| vectors[i / 3][i % 3])
