@@ -46,11 +46,11 @@ pub(crate) struct Piece<const C: usize, const I: usize> {
 }
 
 impl<const C: usize, const I: usize> Piece<C, I> {
-    pub fn new(start: f64, coefficients: impl IntoIterator<Item = DualSVec64<I>>) -> Self {
+    pub fn new(start: f64, coefficients: &[DualSVec64<I>]) -> Self {
         let mut piece = Self { start, at: SVector::zeros(), by: SMatrix::zeros() };
-        for (i, coefficient) in coefficients.into_iter().enumerate() {
+        for (i, coefficient) in coefficients.iter().enumerate() {
             piece.at[i] = coefficient.re;
-            piece.by.set_row(i, &gradient(&coefficient).transpose());
+            piece.by.row_mut(i).tr_copy_from(&gradient(coefficient));
         }
         piece
     }

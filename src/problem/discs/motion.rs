@@ -182,7 +182,7 @@ pub(super) fn follow(is_stuck: bool, values: &Own, shared: &Shared, discs: &Disc
         let rate = slowing * (v.dot(&v) + least).sqrt().recip() + drag;
         let [arm, direction, turning, spin, turned] = round;
         let start = if side == 0 { f64::NEG_INFINITY } else { 0.0 };
-        Piece::new(start, [p.x, p.y, v.x, v.y, rate, arm, direction, turning, spin, turned])
+        Piece::new(start, &[p.x, p.y, v.x, v.y, rate, arm, direction, turning, spin, turned])
     };
     let zero = constant(0.0);
     let (mut velocities, mut all_spins) = (before.map(|v| [v; 2]), spins.map(|spin| [spin; 2]));

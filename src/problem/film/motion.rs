@@ -34,7 +34,7 @@ fn piece(stretch: &Stretch<Dual>) -> Piece {
         // x − v s + a s²/2, v − a s, a
         [x - (v - a * start * 0.5) * start, v - a * start, a]
     };
-    Piece::new(stretch.start, (0..3).flat_map(coefficients_of_axis))
+    Piece::new(stretch.start, [0, 1, 2].map(coefficients_of_axis).as_flattened())
 }
 
 /// Returns the place on the table and the height of a ball on a piece at a time since the first
