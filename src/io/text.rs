@@ -216,6 +216,7 @@ impl Mark {
     /// Returns the number of a cell, `None` if it is empty or wrong; the latter is a problem.
     pub(crate) fn number(&mut self, cell: Place) -> Option<f64> {
         let value = self.beside(cell)?;
+        // marks of the other cells are then no marks of thousands, either
         if self.is_decimal {
             return Some(value);
         }

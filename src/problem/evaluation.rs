@@ -67,8 +67,8 @@ struct Batch {
 }
 
 impl Batch {
-    /// Adds up the contributions of shots, of which `width` − 1 shared unknowns have a part; keeps these
-    /// columns of a response to them and to the residuals.
+    /// Adds up the contributions of shots, which depend on `width` − 1 shared unknowns; of the
+    /// responses to these and to the residuals keeps the columns `kept`.
     fn of(contributions: impl Iterator<Item = Contribution>, width: usize, kept: &[usize]) -> Self {
         let whole = DMatrix::zeros(width, width);
         let mut batch = Self { shots: Vec::new(), own: Vec::new(), reduced: whole.clone(), whole };
@@ -103,7 +103,8 @@ pub(crate) struct Reduced {
     /// Logarithm of the determinant of the own unknowns' normal matrices.
     pub(crate) own_ln_determinant: f64,
     pub(crate) columns: Vec<[usize; SHARED]>,
-    /// Columns in the order of a response: of each sample those that are free, and the residual.
+    /// Columns of the problem that those of a response are: of each sample the unknowns that are free,
+    /// and the residual.
     kept: Vec<Vec<usize>>,
 }
 
@@ -285,9 +286,9 @@ impl Reduced {
         }
         for (s, sample) in problem.samples.iter().enumerate() {
             // the step in the order of a response
-            let step_of = |column: &usize| match columns.iter().position(|other| other == column) {
-                _ if *column == self.last() => follow,
-                place => place.map_or(0.0, |j| by[j]),
+            let step_of = |column: &usize| {
+                let place = columns.iter().position(|other| other == column);
+                if *column == self.last() { follow } else { place.map_or(0.0, |j| by[j]) }
             };
             let step = DVector::from_iterator(self.kept[s].len(), self.kept[s].iter().map(step_of));
             state.own[s].par_iter_mut().enumerate().for_each(|(i, own)| {

@@ -56,7 +56,7 @@ pub(super) fn sorted(numbers: impl Iterator<Item = f64>) -> Vec<f64> {
     sorted
 }
 
-/// Returns the number at a part of some numbers in their order.
+/// Returns the number below which this part of some numbers is.
 pub(super) fn value_at(numbers: &mut [f64], part: f64) -> Option<f64> {
     let place = (part * numbers.len() as f64) as usize;
     (place < numbers.len()).then(|| *numbers.select_nth_unstable_by(place, f64::total_cmp).1)
@@ -69,9 +69,10 @@ pub(super) const UNLIKE: f64 = 5.0;
 /// Returns the speed beyond which a step is a jump: a multiple of that which nine tenths of these
 /// steps do not exceed, since others may be wrong. Infinite without motion.
 pub(super) fn jump_speed(steps: impl Iterator<Item = [f64; 2]>) -> f64 {
-    let speeds = steps.map(|[length, time]| length / time).filter(|speed| speed.is_finite());
-    UNLIKE
-        * value_at(&mut speeds.collect::<Vec<f64>>(), 0.9).filter(|fast| *fast > 0.0).unwrap_or(f64::INFINITY)
+    let mut speeds: Vec<f64> = steps.map(|[length, time]| length / time).collect();
+    speeds.retain(|speed| speed.is_finite());
+    let fast = value_at(&mut speeds, 0.9).filter(|fast| *fast > 0.0);
+    UNLIKE * fast.unwrap_or(f64::INFINITY)
 }
 
 pub(super) fn span(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
