@@ -55,7 +55,7 @@ impl FoundCamera {
 
     /// Returns the correlation of the noise of neighbouring frames, if the frames determine it.
     pub(crate) fn noise_correlation(&self) -> Option<f64> {
-        self.0.frame_noise().map(|noises| noises[1].rho).filter(|rho| *rho > 0.0)
+        Some(self.0.problem.film()?.noise[1].rho).filter(|rho| *rho > 0.0)
     }
 
     /// Returns what was found on the way.

@@ -254,7 +254,10 @@ impl<'a> Fitted<'a> {
     fn influence(&self, influential_from: Option<f64>) -> Vec<Influence> {
         let solution = &self.end.solution;
         let wanted: Vec<Id> = self.contact().into_iter().map(Id::from).collect();
-        let Some(information) = solution.information(&wanted) else { return Vec::new() };
+        let covariance = solution.covariance_in(&solution.covariance, &wanted);
+        let Some(information) = covariance.cholesky().map(|factor| factor.inverse()) else {
+            return Vec::new();
+        };
         let measure = |(name, found): (&String, Option<ShotInfluence>)| {
             let shot = name.clone();
             let Some(found) = found else {

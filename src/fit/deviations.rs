@@ -126,7 +126,7 @@ pub(super) fn trends(
 
 /// Returns the score of a shift of each shot along a direction.
 fn scores(solution: &Solution, shots: &[Option<Deviations>], quantity: Quantity) -> Vec<Option<ShiftScore>> {
-    let columns = solution.own_columns();
+    let ids = solution.determined();
     // the frames of a film count by their weights already
     let weights = if solution.is_film() { Vec::new() } else { solution.weights() };
     let score = |(i, one): (usize, &Option<Deviations>)| {
@@ -138,11 +138,11 @@ fn scores(solution: &Solution, shots: &[Option<Deviations>], quantity: Quantity)
         let weight = weights.get(i).copied().unwrap_or(1.0);
         let weighted = one.covariance.clone().cholesky()?.solve(&unit) * weight;
         let by = one.by.tr_mul(&weighted);
-        let beside = columns.iter().map(|(_, id)| by.get(*id as usize).copied().unwrap_or(0.0));
+        let beside = ids.iter().map(|id| by.get(*id as usize).copied().unwrap_or(0.0));
         (square > 0.0).then(|| ShiftScore {
             square: unit.dot(&weighted),
             along: -one.values.dot(&weighted),
-            beside: DVector::from_iterator(columns.len(), beside),
+            beside: DVector::from_iterator(ids.len(), beside),
         })
     };
     shots.iter().enumerate().map(score).collect()

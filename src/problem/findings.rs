@@ -147,8 +147,3 @@ impl Finding {
         }
     }
 }
-
-/// Returns the worst severity of some findings.
-pub fn worst(findings: &[Finding]) -> Severity {
-    findings.iter().map(Finding::severity).max().unwrap_or(Severity::Note)
-}

@@ -16,8 +16,8 @@
 //! | `block`, `discs`, `film`, `rows`, `frames` | measurements: forward models and derivatives |
 //! | `problem`, `minimise`, `noise` | normal equations, descents and their starts, noise |
 //! | `effects` | compliance, weight and cloth, adopted if they make the data likelier |
-//! | `uncertainty` | errors, scores, conflicts, budget, influence |
-//! | `solution` | a minimum, and what is known there |
+//! | `uncertainty` | errors, scores, conflicts |
+//! | `solution` | a minimum, and what is known there: estimates, budget, influence |
 //! | `findings`, `policy`, `run` | findings, statistical choices, the fit from beginning to end |
 
 mod block;

@@ -27,7 +27,7 @@ const SAME_SPREAD: Range<f64> = 0.85..1.15;
 /// Sets noise and spreads to what the residuals at `at` show; returns whether they have settled.
 pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
     let Some(reduced) = at.reduced() else { return true };
-    let Some(estimates) = Estimates::of_reduced(problem, &at.state, reduced) else { return true };
+    let Some(estimates) = Estimates::new(problem, at) else { return true };
     let sums: Vec<Vec<NoiseSums>> = (0..problem.samples.len()).map(|sample| at.noises(sample)).collect();
     let spent = count_spent(problem, at, (reduced, &estimates), &sums);
     let mut settled = true;

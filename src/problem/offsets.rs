@@ -40,8 +40,7 @@ pub(crate) struct ShiftScore {
     pub(crate) square: f64,
     /// Its product with the residuals.
     pub(crate) along: f64,
-    /// Its products with the free unknowns of the sample, in the order of
-    /// [`Solution::own_columns`].
+    /// Its products with the unknowns of the sample, in the order of [`Solution::determined`].
     pub(crate) beside: DVector<f64>,
 }
 
@@ -83,7 +82,7 @@ impl Solution {
         let Offsets { values, covariance } = Offsets::of(&contribution)?;
         let (sin, cos) = motion.direction.sin_cos();
         let turn = matrix![cos, -sin, 0.0, 0.0; sin, cos, 0.0, 0.0; 0.0, 0.0, cos, -sin; 0.0, 0.0, sin, cos];
-        let ids: Vec<Id> = self.own_columns().iter().map(|(_, id)| *id).chain(Id::OFFSETS).collect();
+        let ids = [self.determined(), Id::OFFSETS.to_vec()].concat();
         let shared = ids.len() - Id::OFFSETS.len();
         let (information, _) = contribution.reduced(&ids)?;
         let beside = turn * covariance * information.view((shared, 0), (Id::OFFSETS.len(), shared));
@@ -105,17 +104,8 @@ impl Solution {
         })
     }
 
-    /// Returns the free unknowns of the problem that the first sample has: the place of each among
-    /// the estimates, in the sample's order.
-    pub(crate) fn own_columns(&self) -> Vec<(usize, Id)> {
-        let Some(sample) = self.problem.samples.first() else { return Vec::new() };
-        let place = |id: Id| self.covariance.position(sample.columns[id as usize]);
-        Id::ALL.into_iter().filter_map(|id| Some((place(id)?, id))).collect()
-    }
-
     /// Returns how shifts change with a variable, from the score of the shift of each shot.
     pub(crate) fn slope_of(&self, variable: &[f64], scores: &[Option<ShiftScore>]) -> Option<Slope> {
-        let (own, count) = (self.own_columns(), self.covariance.columns.len());
         let is_used = |i: &usize| variable[*i].is_finite() && scores[*i].is_some();
         let used: Vec<usize> = (0..variable.len()).filter(is_used).collect();
         let mean = used.iter().map(|i| variable[*i]).sum::<f64>() / used.len().max(1) as f64;
@@ -124,16 +114,14 @@ impl Solution {
             return None;
         }
         // level and slope beside the free unknowns
-        let mut beside = DMatrix::<f64>::zeros(count, 2);
+        let mut beside = DMatrix::<f64>::zeros(self.covariance.columns.len(), 2);
         let (mut matrix, mut gradient) = (Matrix2::<f64>::zeros(), Vector2::<f64>::zeros());
         for i in used {
             let Some(score) = &scores[i] else { continue };
             let factors = Vector2::new(1.0, variable[i] - mean);
             gradient += factors * score.along;
             matrix += factors * factors.transpose() * score.square;
-            for ((column, _), by) in own.iter().zip(score.beside.iter()) {
-                beside.set_row(*column, &(beside.row(*column) + factors.transpose() * *by));
-            }
+            beside += &score.beside * factors.transpose();
         }
         let left = matrix - beside.tr_mul(&(&self.covariance.covariance * &beside));
         let (level, rise) = (left[(0, 0)], left[(1, 1)]);

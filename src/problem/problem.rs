@@ -1,7 +1,7 @@
 //! The whole problem: samples, and the unknowns that their shots share.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::AtomicUsize;
 
 use super::block::Block;
 use super::discs::block::DiscBlock;
@@ -68,10 +68,6 @@ impl Problem {
     pub(crate) fn of_one(block: Block, unknowns: Vec<Unknown>) -> Self {
         let sample = Sample { block, columns: std::array::from_fn(|column| column), noise_of: 0 };
         Self { samples: vec![sample], unknowns, evaluations: Arc::default() }
-    }
-
-    pub(crate) fn count_evaluations(&self) -> usize {
-        self.evaluations.load(Ordering::Relaxed)
     }
 
     /// Returns the columns of the unknowns that are estimated.

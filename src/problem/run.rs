@@ -87,7 +87,7 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices, policy: &Policy) ->
     let mut solution = Solution { unit, middle: middle.into(), left_out, ..run.finish(estimates) };
     let fps = dataset.tracks.as_ref().and_then(|tracks| tracks.fps);
     if let Some(fps) = fps.filter(|fps| *fps <= Tracks::MAX_PLAYBACK)
-        && solution.severity() > Severity::Note
+        && solution.findings.iter().any(|finding| finding.severity() > Severity::Note)
     {
         solution.findings.insert(0, Finding::Playback { fps });
     }

@@ -1,6 +1,8 @@
-//! A minimum, and what is known there.
+//! A minimum, and what is known there: estimates, error budget, influence of shots.
 
-use nalgebra::DMatrix;
+use std::sync::atomic::Ordering;
+
+use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -8,12 +10,12 @@ use statrs::distribution::ContinuousCDF;
 
 use super::block::Block;
 use super::evaluation::Evaluation;
-use super::findings::{Finding, Severity, worst};
+use super::findings::Finding;
 use super::minimise::Descent;
 use super::noise::minus_two_log;
 use super::problem::{Problem, Sample, State};
-use super::sums::{Noise, ShotSums};
-use super::uncertainty::{Estimates, Share};
+use super::sums::ShotSums;
+use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode, Normal};
 use crate::measurement::parameter::{Parameter, Settings};
 
@@ -26,6 +28,14 @@ pub(crate) struct Estimate {
     pub(crate) std_error: Option<f64>,
     /// Prior, if it has one.
     pub(crate) prior: Option<Normal>,
+}
+
+/// The part of the variance of an estimate that knowing a nuisance parameter exactly would take
+/// away.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Share {
+    pub(crate) nuisance: Id,
+    pub(crate) variance: f64,
 }
 
 /// The error budget of an estimate: the parts of its variance, the largest first, and the noise of
@@ -87,7 +97,7 @@ impl Solution {
         names: Vec<Vec<String>>,
     ) -> Self {
         Self {
-            evaluations: problem.count_evaluations(),
+            evaluations: problem.evaluations.load(Ordering::Relaxed),
             problem,
             at: descent.end,
             covariance,
@@ -154,12 +164,6 @@ impl Solution {
         Some(self.problem.samples.get(sample)?.columns[id as usize])
     }
 
-    /// Returns the covariance of unknowns of the first sample: a row and a column each, NaN for
-    /// those without a standard error.
-    pub fn covariance(&self, ids: &[Id]) -> DMatrix<f64> {
-        self.covariance_in(&self.covariance, ids)
-    }
-
     /// Returns the covariance of some unknowns of the first sample, taken from `all`; NaN for an
     /// unknown that is not in `all`.
     pub(crate) fn covariance_in(&self, all: &Estimates, ids: &[Id]) -> DMatrix<f64> {
@@ -171,30 +175,46 @@ impl Solution {
         })
     }
 
-    /// Returns the error budget of an unknown of the first sample; `None` if it has no standard
-    /// error.
+    /// Returns the unknowns of the only sample that have a standard error, in the order of the
+    /// covariance.
+    pub(crate) fn determined(&self) -> Vec<Id> {
+        self.covariance.columns.iter().map(|column| self.problem.unknowns[*column].id).collect()
+    }
+
+    /// Returns the error budget of an unknown of the only sample: its variance nuisance by nuisance,
+    /// the most costly first, and the rest, which is the noise of the data; `None` if it has no
+    /// standard error.
     pub fn budget(&self, id: Id) -> Option<Budget> {
-        let column = self.column(0, id)?;
-        let (shares, noise) = self.covariance.budget(&self.problem, column, &Id::WANTED)?;
-        Some(Budget { id, shares, noise })
+        let ids = self.determined();
+        let i = ids.iter().position(|other| *other == id)?;
+        let mut left = self.covariance.covariance.clone();
+        let mut nuisances: Vec<usize> = (0..ids.len()).filter(|n| !Id::WANTED.contains(&ids[*n])).collect();
+        let mut shares = Vec::new();
+        while let Some(place) = (0..nuisances.len()).max_by(|a, b| {
+            let gain = |n: usize| left[(i, nuisances[n])].powi(2) / left[(nuisances[n], nuisances[n])];
+            gain(*a).total_cmp(&gain(*b))
+        }) {
+            let n = nuisances.swap_remove(place);
+            let column: DVector<f64> = left.column(n).into_owned();
+            shares.push(Share { nuisance: ids[n], variance: column[i] * column[i] / column[n] });
+            left -= &column * column.transpose() / column[n];
+        }
+        Some(Budget { id, shares, noise: left[(i, i)] })
     }
 
-    /// Returns how much the fit depends on each shot of the first sample, in the order of the
-    /// shots; `None` for a shot without which an unknown is not determined.
+    /// Returns how much the fit depends on each shot of the only sample, in the order of the shots;
+    /// `None` for a shot without which an unknown is not determined.
     pub fn influence(&self) -> Vec<Option<ShotInfluence>> {
-        let shots = self.at.shots.first().map_or(0, Vec::len);
+        let (ids, covariance) = (self.determined(), &self.covariance.covariance);
+        let information = covariance.clone().cholesky().map(|factor| factor.inverse());
         let influence_of = |i: usize| {
-            let (leverage, change) = self.covariance.influence(&self.problem, &self.at, i)?;
-            let change_of = |id: Id| Some((id, change[self.covariance.position(self.column(0, id)?)?]));
-            Some(ShotInfluence { leverage, changes: Id::ALL.into_iter().filter_map(change_of).collect() })
+            let (matrix, gradient) = self.problem.contribute(self.state(), (0, i)).reduced(&ids)?;
+            let change = (information.as_ref()? - &matrix).cholesky()?.solve(&gradient);
+            let changes = ids.iter().copied().zip(change.iter().copied()).collect();
+            Some(ShotInfluence { leverage: (covariance * matrix).trace(), changes })
         };
+        let shots = self.at.shots.first().map_or(0, Vec::len);
         (0..shots).into_par_iter().map(influence_of).collect()
-    }
-
-    /// Returns the information on these unknowns of the first sample, all other free ones
-    /// eliminated: the inverse of their covariance.
-    pub(crate) fn information(&self, ids: &[Id]) -> Option<DMatrix<f64>> {
-        Some(self.covariance(ids).cholesky()?.inverse())
     }
 
     /// Returns the interval of an unknown from the bound that it is at, beyond which lie 5 % of its
@@ -297,11 +317,6 @@ impl Solution {
         self.column(0, id).map_or([f64::NAN; 2], |column| self.problem.unknowns[column].bounds)
     }
 
-    /// Returns the noise of the frames of the cue balls and of the object balls of a film.
-    pub(crate) fn frame_noise(&self) -> Option<[Noise; 2]> {
-        Some(self.problem.film()?.noise)
-    }
-
     /// Returns the topspin of each shot of a film over natural roll, with its name; 1 for a ball
     /// that rolls.
     pub(crate) fn topspins(&self) -> Vec<(String, f64)> {
@@ -326,11 +341,6 @@ impl Solution {
     /// Returns whether the data contradict the model.
     pub(crate) fn is_refuted(&self) -> bool {
         self.findings.iter().any(|finding| matches!(finding, Finding::Misfit { refutes: true, .. }))
-    }
-
-    /// Returns the worst severity of the findings.
-    pub fn severity(&self) -> Severity {
-        worst(&self.findings)
     }
 
     /// Returns the values of the unknowns `ids` in a fit of shots of the only sample that are drawn

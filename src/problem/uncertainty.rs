@@ -1,11 +1,10 @@
-//! The uncertainty of a fit: covariance, intervals, scores of held unknowns, conflicts with priors,
-//! and the error budget.
+//! The uncertainty of a fit: covariance, scores of held unknowns, and conflicts with priors.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::evaluation::{Evaluation, Reduced};
 use super::policy::{Policy, STALL};
-use super::problem::{Problem, State};
+use super::problem::Problem;
 use super::sums::Part;
 use super::unknowns::{Id, Mode, Unknown};
 
@@ -31,22 +30,10 @@ pub(crate) struct Suspect {
     pub(crate) size: f64,
 }
 
-/// The part of the variance of an estimate that knowing a nuisance parameter exactly would take
-/// away.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Share {
-    pub(crate) nuisance: Id,
-    pub(crate) variance: f64,
-}
-
 impl Estimates {
     /// Returns the covariance at a minimum; `None` if the frames do not determine an unknown.
     pub fn new(problem: &Problem, at: &Evaluation) -> Option<Self> {
-        Self::of_reduced(problem, &at.state, at.reduced()?)
-    }
-
-    pub(crate) fn of_reduced(problem: &Problem, state: &State, reduced: &Reduced) -> Option<Self> {
-        Self::of_columns(reduced, problem.inside(state))
+        Self::of_columns(at.reduced()?, problem.inside(&at.state))
     }
 
     /// Returns the covariance of some unknowns, those at bounds taken for free, without those that
@@ -114,26 +101,6 @@ impl Estimates {
         self.columns.iter().enumerate().map(part).sum()
     }
 
-    /// Returns the variance of one of the `wanted` nuisance by nuisance, the most costly first, and
-    /// the rest, which is the noise of the frames. The parts add up to the variance.
-    pub fn budget(&self, problem: &Problem, column: usize, wanted: &[Id]) -> Option<(Vec<Share>, f64)> {
-        let i = self.position(column)?;
-        let ids: Vec<Id> = self.columns.iter().map(|column| problem.unknowns[*column].id).collect();
-        let mut left = self.covariance.clone();
-        let mut nuisances: Vec<usize> = (0..ids.len()).filter(|n| !wanted.contains(&ids[*n])).collect();
-        let mut shares = Vec::new();
-        while let Some(place) = (0..nuisances.len()).max_by(|a, b| {
-            let gain = |n: usize| left[(i, nuisances[n])].powi(2) / left[(nuisances[n], nuisances[n])];
-            gain(*a).total_cmp(&gain(*b))
-        }) {
-            let n = nuisances.swap_remove(place);
-            let column: DVector<f64> = left.column(n).into_owned();
-            shares.push(Share { nuisance: ids[n], variance: column[i] * column[i] / column[n] });
-            left -= &column * column.transpose() / column[n];
-        }
-        Some((shares, left[(i, i)]))
-    }
-
     /// Returns each tested unknown and each prior against what the data show without it.
     pub(crate) fn suspects(&self, problem: &Problem, at: &Evaluation) -> Vec<Suspect> {
         let reduced = at.reduced();
@@ -158,16 +125,6 @@ impl Estimates {
         };
         let suspects = problem.unknowns.iter().enumerate().filter_map(suspect);
         suspects.filter(|suspect| suspect.size.is_finite()).collect()
-    }
-
-    /// Returns the leverage of shot `i` of the only sample, and the change of each of the
-    /// estimates, in their order, if it were left out, to first order.
-    pub fn influence(&self, problem: &Problem, at: &Evaluation, i: usize) -> Option<(f64, DVector<f64>)> {
-        let ids: Vec<Id> = self.columns.iter().map(|column| problem.unknowns[*column].id).collect();
-        let (matrix, gradient) = problem.contribute(&at.state, (0, i)).reduced(&ids)?;
-        let leverage = (&self.covariance * &matrix).trace();
-        let information = self.covariance.clone().cholesky()?.inverse() - matrix;
-        Some((leverage, information.cholesky()?.solve(&gradient)))
     }
 }
 
