@@ -32,13 +32,9 @@ const HARMLESS: f64 = 0.05;
 /// The end of a fit, and what follows from the kind of its data.
 pub(super) struct Fitted<'a> {
     pub(crate) request: Request<'a>,
-    settings: Settings,
     end: &'a FitEnd,
     pub(crate) deviations: Vec<Option<Deviations>>,
     pub(crate) estimates: Vec<Estimate>,
-    /// Parameters of which combinations may be undetermined, and whose regions are drawn.
-    pub(crate) combined: Vec<Parameter>,
-    drawn: Vec<Parameter>,
     /// χ² that is tested, its degrees of freedom, and whether its noise is stated.
     pub(crate) chi2: f64,
     pub(crate) dof: f64,
@@ -68,9 +64,24 @@ impl<'a> Fitted<'a> {
         let Request { dataset, group, options, .. } = self.request;
         let goodness = self.goodness();
         let (rejected, robust, bootstrap) = (self.rejected(), self.robust(), self.bootstrap());
-        let Self { end, estimates, combined, drawn, .. } = self;
-        let solution = Arc::clone(&end.solution);
+        let solution = Arc::clone(&self.end.solution);
         let id = |estimate: &Estimate| Id::from(estimate.parameter);
+        let is_open = |e: &Estimate| {
+            matches!(e.status, Status::Free | Status::NotIdentified) && solution.is_informed(id(e))
+        };
+        // also those at bounds, at which their regions end
+        let has_region = |e: &Estimate| e.std_error.is_some() || e.is_at_bound();
+        let has_regions = self.end.knows_noise()
+            && !solution.problem.is_robust()
+            && !solution.is_refuted()
+            && solution.names[0].len() <= MANY_SHOTS;
+        // combinations may be undetermined, and regions are drawn, of these parameters
+        let (combined, drawn) = if solution.is_film() {
+            (self.contact(), self.contact())
+        } else {
+            (self.of_contact(is_open), self.of_contact(|e| has_regions && has_region(e)))
+        };
+        let Self { end, estimates, .. } = self;
         let covariance = solution.covariance_in(&end.as_free, &estimates.iter().map(id).collect::<Vec<_>>());
         let value = |p: &Parameter| (Id::from(*p), solution.value(Id::from(*p)));
         let worst = solution.worst_direction(&combined.iter().map(value).collect::<Vec<_>>());
@@ -169,18 +180,6 @@ impl<'a> Fitted<'a> {
     ) -> Self {
         let solution = &end.solution;
         let estimates = end.estimates(&parameters(solution, settings), settings);
-        let is_informed = |e: &Estimate| solution.is_informed(Id::from(e.parameter));
-        let is_open =
-            |e: &&Estimate| matches!(e.status, Status::Free | Status::NotIdentified) && is_informed(e);
-        // also those at bounds, at which their regions end
-        let has_region = |e: &&Estimate| e.std_error.is_some() || e.is_at_bound();
-        let has_regions = end.knows_noise()
-            && !solution.problem.is_robust()
-            && !solution.is_refuted()
-            && solution.names[0].len() <= MANY_SHOTS;
-        let list = |some: Vec<&Estimate>| -> Vec<Parameter> {
-            some.into_iter().map(|e| e.parameter).filter(|p| !p.is_of_balls()).collect()
-        };
         let (chi2, dof) = if solution.is_film() {
             let (chi2, observations) = solution.chi2_of_data();
             let unknowns = solution.own_count() as f64 + solution.covariance.count_data(&solution.problem);
@@ -188,23 +187,16 @@ impl<'a> Fitted<'a> {
         } else {
             (solution.at.cost, solution.dof() as f64)
         };
-        let mut fitted = Self {
-            combined: list(estimates.iter().filter(is_open).collect()),
-            drawn: list(estimates.iter().filter(|e| has_regions && has_region(e)).collect()),
+        Self {
             chi2,
             dof,
             is_stated: solution.states_noise() && solution.weights().is_empty(),
             trends: trends(solution, &deviations, chance),
             request,
-            settings: *settings,
             end,
             deviations,
             estimates,
-        };
-        if solution.is_film() {
-            (fitted.combined, fitted.drawn) = (fitted.contact(), fitted.contact());
         }
-        fitted
     }
 
     fn rejected(&self) -> Vec<Rejected> {
@@ -220,14 +212,16 @@ impl<'a> Fitted<'a> {
         rejected(stated.iter().chain(unstated).cloned().chain(lost))
     }
 
+    /// Returns the parameters of the contact whose estimates are such.
+    fn of_contact(&self, is_such: impl Fn(&Estimate) -> bool) -> Vec<Parameter> {
+        let some = self.estimates.iter().filter(|e| !e.parameter.is_of_balls() && is_such(e));
+        some.map(|e| e.parameter).collect()
+    }
+
     /// Returns the free parameters of the contact that have a standard error.
     pub fn contact(&self) -> Vec<Parameter> {
-        let has_error =
-            |p: Parameter| self.end.solution.get(Id::from(p)).is_some_and(|own| own.std_error.is_some());
-        parameters(&self.end.solution, &self.settings)
-            .into_iter()
-            .filter(|p| has_error(*p) && !p.is_of_balls())
-            .collect()
+        let found = |e: &Estimate| self.end.solution.get(Id::from(e.parameter));
+        self.of_contact(|e| found(e).is_some_and(|own| own.std_error.is_some()))
     }
 
     /// Returns how the estimates scatter if shots are drawn again, if that is asked for.
@@ -266,12 +260,11 @@ impl<'a> Fitted<'a> {
             let change = |id: &Id| found.changes.iter().find(|(of, _)| of == id).map_or(0.0, |(_, by)| *by);
             let changes = DVector::from_iterator(wanted.len(), wanted.iter().map(change));
             let cook = changes.dot(&(&information * &changes)) / wanted.len() as f64;
-            let shift = |p: Parameter| {
-                let error = solution.get(Id::from(p))?.std_error?;
-                Some((p, change(&Id::from(p)) / error))
+            let shift = |estimate: &Estimate| {
+                let id = Id::from(estimate.parameter);
+                Some((estimate.parameter, change(&id) / solution.get(id)?.std_error?))
             };
-            let shifts =
-                parameters(&self.end.solution, &self.settings).into_iter().filter_map(shift).collect();
+            let shifts = self.estimates.iter().filter_map(shift).collect();
             Influence { shot, leverage: found.leverage, cook, shifts }
         };
         let mut all: Vec<Influence> =

@@ -43,7 +43,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     fitted.estimates.retain(|e| e.parameter != Parameter::MuS && !e.parameter.is_of_balls());
     let standardized: Vec<f64> = fitted.deviations.iter().flatten().flat_map(whiten).collect();
     let chi2 = standardized.iter().map(|x| x * x).sum();
-    let dof = standardized.len().saturating_sub(fitted.combined.len());
+    let dof = standardized.len().saturating_sub(fitted.contact().len());
     (fitted.chi2, fitted.dof, fitted.is_stated) = (chi2, dof as f64, false);
     let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
     let distance = discs.and_then(|discs| discs.radii).map(|[first, second]| first + second);
