@@ -253,11 +253,8 @@ impl Joint<'_> {
         }
         let same = merged(&problem, &columns);
         // if contacts stick, χ² is not a parabola: from the value of each label
-        let starts = columns.iter().map(|column| {
-            let mut state = at.state.clone();
-            state.shared.0[columns[0]] = at.state.shared.0[*column];
-            state
-        });
+        let value = |column: &usize| (columns[0], at.state.shared.0[*column]);
+        let starts = columns.iter().map(|column| at.state.clone().with([value(column)]));
         let least = starts.map(|start| settle(&same, start).cost).min_by(f64::total_cmp)?;
         let rise = (least - at.cost).max(0.0);
         let (chi2, count) = self.solution.chi2_of_data();

@@ -70,16 +70,15 @@ fn best_start(problem: &Problem, start: State, fitted: &[Alone]) -> State {
     if columns.is_empty() {
         return start;
     }
-    let mut starts = vec![start.clone()];
-    for alone in fitted {
-        let mut state = start.clone();
-        for column in &columns {
+    let from = |alone: &Alone| {
+        let value = |column: &usize| {
             let [low, high] = problem.unknowns[*column].bounds;
-            state.shared.0[*column] = alone.solution.value(Id::Kappa).clamp(low, high);
-        }
-        starts.push(state);
-    }
-    let ends = starts.into_iter().map(|start| settle(problem, start)).filter(|end| end.cost.is_finite());
+            (*column, alone.solution.value(Id::Kappa).clamp(low, high))
+        };
+        start.clone().with(columns.iter().map(value))
+    };
+    let starts = std::iter::once(start.clone()).chain(fitted.iter().map(from));
+    let ends = starts.map(|start| settle(problem, start)).filter(|end| end.cost.is_finite());
     ends.min_by(|a, b| a.cost.total_cmp(&b.cost)).map_or(start, |end| end.state)
 }
 

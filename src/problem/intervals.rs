@@ -290,9 +290,8 @@ impl FitEnd {
         let t = self.quantile(0.975)?;
         let others: Vec<usize> = problem.free().into_iter().filter(|other| *other != column).collect();
         let likely_at = |from: &State, value: f64| {
-            let mut state = from.clone();
-            state.shared.0[column] = value;
-            let there = descend(problem, problem.evaluate(state), &others, (COMPARED_STEPS, STALL)).end;
+            let start = problem.evaluate(from.clone().with([(column, value)]));
+            let there = descend(problem, start, &others, (COMPARED_STEPS, STALL)).end;
             (there.cost - at.cost < t * t).then_some(there)
         };
         let [mut off, high] = problem.unknowns[column].bounds;
@@ -335,9 +334,8 @@ pub(super) fn errors_as_free(problem: &Problem, at: &Evaluation, undetermined: &
 /// values on which it does; `None` if it does on none.
 fn edge_of_saturation(problem: &Problem, at: &Evaluation, column: usize) -> Option<f64> {
     let is_flat = |value: f64| {
-        let mut state = at.state.clone();
-        state.shared.0[column] = value;
-        (problem.evaluate(state).cost - at.cost).abs() <= EXACT * (1.0 + at.cost)
+        let there = problem.evaluate(at.state.clone().with([(column, value)]));
+        (there.cost - at.cost).abs() <= EXACT * (1.0 + at.cost)
     };
     let edge = |mut off: f64| {
         let mut on = at.state.shared.0[column];

@@ -123,13 +123,7 @@ pub(super) fn grid(problem: &Problem, start: &State) -> Vec<Vec<State>> {
         let [low, high] = problem.unknowns[*first].bounds;
         let mut within: Vec<f64> = values.iter().map(|value| value.clamp(low, high)).collect();
         within.dedup();
-        let at = |value: f64| {
-            let mut state = state.clone();
-            for column in &columns {
-                state.shared.0[*column] = value;
-            }
-            state
-        };
+        let at = |value: f64| state.clone().with(columns.iter().map(|column| (*column, value)));
         within.into_iter().map(at).collect()
     };
     with(start, Id::Kappa, &KAPPAS).iter().map(|state| with(state, Id::Mu, mus)).collect()

@@ -38,6 +38,16 @@ pub(crate) struct State {
     pub(crate) shared: Shared,
 }
 
+impl State {
+    /// Returns the state with these values of some shared unknowns, given by their columns.
+    pub(crate) fn with(mut self, values: impl IntoIterator<Item = (usize, f64)>) -> Self {
+        for (column, value) in values {
+            self.shared.0[column] = value;
+        }
+        self
+    }
+}
+
 impl Sample {
     /// Returns the shared unknowns of the sample.
     pub(crate) fn gather(&self, shared: &Shared) -> Shared {

@@ -158,11 +158,8 @@ fn follow(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Option
         *step = (x + *step).clamp(low, high) - x;
     }
     let step = DVector::from_iterator(n + count, step.iter().chain(by.iter()).copied());
-    let mut state = reduced.step(problem, &from.state, (&all, &step), 1.0);
-    for (column, value) in held {
-        state.shared.0[*column] = *value;
-    }
-    let there = problem.evaluate(state);
+    let state = reduced.step(problem, &from.state, (&all, &step), 1.0);
+    let there = problem.evaluate(state.with(held.iter().copied()));
     there.cost.is_finite().then_some(there)
 }
 
@@ -171,13 +168,8 @@ fn follow(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Option
 fn least_at(problem: &Problem, from: &Evaluation, held: &[(usize, f64)], stall: f64) -> Option<Evaluation> {
     let is_other = |column: &usize| held.iter().all(|(held, _)| held != column);
     let others: Vec<usize> = problem.free().into_iter().filter(is_other).collect();
-    let start = follow(problem, from, held).unwrap_or_else(|| {
-        let mut state = from.state.clone();
-        for (column, value) in held {
-            state.shared.0[*column] = *value;
-        }
-        problem.evaluate(state)
-    });
+    let unmoved = || problem.evaluate(from.state.clone().with(held.iter().copied()));
+    let start = follow(problem, from, held).unwrap_or_else(unmoved);
     let steps = MAX_STEPS[usize::from(problem.rows().is_none())];
     let end = descend(problem, start, &others, (steps, stall)).end;
     end.cost.is_finite().then_some(end)
