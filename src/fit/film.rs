@@ -14,7 +14,7 @@ use crate::problem::{FittedFrame, Id, Impact, OwnEstimate, Solution};
 pub(crate) struct FittedFilm {
     pub(crate) solution: Arc<Solution>,
     /// The sources of the shots of the fit, in its order.
-    tracks: Arc<Vec<TrackShot>>,
+    pub(crate) tracks: Arc<Vec<TrackShot>>,
     /// The impacts of all shots that show one, independently of the law of the impact.
     pub(crate) impacts: Arc<Vec<Impact>>,
     /// Relative standard deviation of the stated scale.
@@ -41,21 +41,6 @@ impl FittedFilm {
         Self { solution, tracks: Arc::new(tracks), impacts, scale_sd }
     }
 
-    /// Returns the names of the shots.
-    pub fn names(&self) -> Vec<&str> {
-        self.tracks.iter().map(|track| track.name.as_str()).collect()
-    }
-
-    /// Returns the radius of the object ball, m.
-    pub fn radius(&self) -> f64 {
-        self.solution.radius()
-    }
-
-    /// Returns what the shots were read from.
-    pub fn tracks(&self) -> &[TrackShot] {
-        &self.tracks
-    }
-
     /// Returns the impact of the shot of this name.
     pub fn impact(&self, name: &str) -> Option<&Impact> {
         self.impacts.iter().find(|impact| impact.shot.name == name)
@@ -79,7 +64,8 @@ impl FittedFilm {
 
     /// Returns the unknowns of each shot, with its name: impact, velocity, spins.
     pub fn estimates(&self) -> Vec<(&str, Vec<OwnEstimate>)> {
-        self.names().into_iter().zip(self.solution.own_estimates(self.origin())).collect()
+        let names = self.solution.names[0].iter().map(String::as_str);
+        names.zip(self.solution.own_estimates(self.origin())).collect()
     }
 
     /// Returns the estimate of an unknown that all shots share, with its standard error.

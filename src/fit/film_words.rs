@@ -66,7 +66,7 @@ pub(super) const DIFFERS: f64 = 0.2;
 
 /// Returns a finding as a remark, of a table if `film` is `None`.
 pub(super) fn remark(finding: &Finding, film: Option<&FittedFilm>) -> Remark {
-    let [radius, scale_sd] = film.map_or([f64::NAN, 0.0], |film| [film.radius(), film.scale_sd]);
+    let [radius, scale_sd] = film.map_or([f64::NAN, 0.0], |film| [film.solution.radius(), film.scale_sd]);
     let game = match finding {
         Finding::OtherUnit { factor, .. } => game(2.0 * radius / factor),
         Finding::Conflict { id: Id::Scale, estimate, .. } => game(2.0 * radius * estimate),
@@ -103,7 +103,7 @@ fn spins(film: &FittedFilm) -> Values {
         Spin::NaturalRoll => Some(1.0),
         _ => None,
     };
-    let tracks = film.tracks().iter().zip(film.solution.topspins());
+    let tracks = film.tracks.iter().zip(film.solution.topspins());
     let all: Vec<(f64, f64)> =
         tracks.filter_map(|(track, (_, found))| Some((stated(track.spin)?, found))).collect();
     let shots = all.len();
@@ -182,7 +182,7 @@ pub(super) fn of_film(film: &FittedFilm) -> Vec<Remark> {
 pub(super) fn unknown_spins(film: &FittedFilm) -> Option<Remark> {
     let topspins = film.solution.topspins();
     let is_unknown = |track: &TrackShot| track.spin == Spin::Unknown && track.markers.is_empty();
-    let shots = film.tracks().iter().zip(&topspins);
+    let shots = film.tracks.iter().zip(&topspins);
     let unknown: Vec<f64> =
         shots.filter(|(track, _)| is_unknown(track)).map(|(_, (_, found))| *found).collect();
     let rolling = unknown.iter().filter(|topspin| **topspin == 1.0).count();

@@ -17,7 +17,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let solution = fit_film(dataset, &choices(&request)?, &Policy::default());
     let film = FittedFilm::new(solution.map_err(|error| request.of_film(error))?, dataset);
     let mut deviations = film.solution.deviations();
-    for (found, track) in deviations.iter_mut().zip(film.tracks()) {
+    for (found, track) in deviations.iter_mut().zip(film.tracks.iter()) {
         let Some(found) = found else { continue };
         // topspins that the frames determined are no variable of their own
         found.spins[0] = match track.spin {

@@ -41,7 +41,7 @@ pub(super) fn write_residuals(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Res
     };
     film.write(to, |i| {
         let Some(motion) = film.solution.motion(i) else { return String::new() };
-        let (shot, cut_deg) = (&film.tracks()[i].name, motion.cut.to_degrees());
+        let (shot, cut_deg) = (&film.tracks[i].name, motion.cut.to_degrees());
         let mut text = String::new();
         for frame in film.frames(i).filter(|frame| frame.used) {
             let ball = ball_name(frame.ball);

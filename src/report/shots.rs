@@ -69,7 +69,7 @@ fn row(residual: &Residual) -> [String; 5] {
 /// without any.
 pub(super) fn tracks(film: &FittedFilm, shots: &[Shot]) -> Option<String> {
     let worst = &shots[..shots.len().min(MOST_DRAWN)];
-    let draw = |shot: &Shot| Some(track(shot, film.impact(&shot.name)?, film.radius()));
+    let draw = |shot: &Shot| Some(track(shot, film.impact(&shot.name)?, film.solution.radius()));
     let drawn: Vec<Value> = worst.par_iter().filter_map(draw).collect();
     (!drawn.is_empty()).then(|| for_script(&drawn))
 }

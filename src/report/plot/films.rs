@@ -48,7 +48,7 @@ pub(in crate::report) fn of_balls<'a>(film: &FittedFilm, impact: &'a Impact) -> 
         time: impact.time,
         clock: ("time from the impact (ms)", 1e-3),
         position_sd: impact.position_sd,
-        radii: [film.radius(); 2],
+        radii: [film.solution.radius(); 2],
         place: Box::new(move |ball, time| in_film(impact.paths.place(ball, time))),
     }
 }
@@ -60,7 +60,7 @@ pub(in crate::report) fn all_shots(name: &str, film: &FittedFilm) -> Figure {
     /// cover each other.
     const MOST_SHOTS: usize = 60;
     const MOST_FRAMES: usize = 20;
-    let names = film.names();
+    let names = &film.solution.names[0];
     let each = names.len().div_ceil(MOST_SHOTS).max(1);
     let shots: Vec<&Impact> = names.iter().step_by(each).filter_map(|name| film.impact(name)).collect();
     let mut panel = seen_from_above("", "");

@@ -90,7 +90,7 @@ impl Observed {
     /// Returns the velocities after each impact of a film, in the frame of the collision.
     fn of_film(film: &FittedFilm) -> Self {
         let mut observed = Self::new(IN_COLLISION_FRAME.iter());
-        for (i, shot) in film.names().into_iter().enumerate() {
+        for (i, shot) in film.solution.names[0].iter().enumerate() {
             let (Some(motion), Some(offsets)) = (film.solution.motion(i), film.solution.offsets(0, i)) else {
                 continue;
             };
