@@ -125,7 +125,7 @@ pub(crate) fn with_impacts(mut dataset: Dataset) -> (Dataset, Option<FittedFilm>
     let spins = film_words::unknown_spins(&film).map(|remark| remark.sentence);
     let sentences: Vec<String> = sentences.chain(spins).collect();
     dataset.left_out.extend(film.solution.left_out.iter().cloned());
-    (dataset.sliding, dataset.rolling) = (film.shared(Id::MuK), film.shared(Id::MuR));
+    (dataset.sliding, dataset.rolling) = (film.solution.measured(Id::MuK), film.solution.measured(Id::MuR));
     dataset.shots.extend(film.impacts.iter().map(|impact| impact.shot.clone()));
     dataset.tracks.iter_mut().for_each(|tracks| tracks.notes.extend(sentences.iter().cloned()));
     (dataset, Some(film))

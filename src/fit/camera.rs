@@ -8,7 +8,7 @@ use minijinja::context;
 use super::film_words::words_of;
 use crate::measurement::correction::Correction;
 use crate::measurement::dataset::Measured;
-use crate::problem::{Camera, Finding, Id, Solution};
+use crate::problem::{Camera, Id, Solution};
 
 /// The camera as the shots of a film show it.
 #[derive(Clone, Debug)]
@@ -29,8 +29,7 @@ impl FoundCamera {
     /// a lens stands for its decentring, and a scale that was wrong by a factor has that factor.
     pub fn found(&self, which: Correction) -> Option<Measured> {
         // both lists have the same order
-        let estimate = self.0.get(Id::ALL[Id::Scale as usize + which as usize])?;
-        Some(Measured::new(estimate.value, estimate.std_error?))
+        self.0.measured(Id::ALL[Id::Scale as usize + which as usize])
     }
 
     /// Returns the value of a correction, stated or found; of the axis of a lens its decentring.
@@ -40,7 +39,7 @@ impl FoundCamera {
 
     /// Returns the middle of the film, x and y in m, from which the corrections count.
     pub fn middle(&self) -> [f64; 2] {
-        self.0.middle.map(|x| x * self.0.unit)
+        self.0.origin()
     }
 
     /// Returns the unit of the film in m; 1 if the stated one was right to a tenth.
@@ -56,11 +55,6 @@ impl FoundCamera {
     /// Returns the correlation of the noise of neighbouring frames, if the frames determine it.
     pub(crate) fn noise_correlation(&self) -> Option<f64> {
         Some(self.0.problem.film()?.noise[1].rho).filter(|rho| *rho > 0.0)
-    }
-
-    /// Returns what was found on the way.
-    pub(crate) fn findings(&self) -> &[Finding] {
-        &self.0.findings
     }
 
     /// Returns the corrections as a sentence; `None` if all were held.

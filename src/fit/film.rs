@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::measurement::dataset::{Dataset, Measured};
+use crate::measurement::dataset::Dataset;
 use crate::measurement::track::TrackShot;
-use crate::problem::{FittedFrame, Id, Impact, OwnEstimate, Solution};
+use crate::problem::{FittedFrame, Impact, OwnEstimate, Solution};
 
 /// The shots of a film with the fit of their frames.
 #[derive(Clone, Debug)]
@@ -48,7 +48,7 @@ impl FittedFilm {
 
     /// Returns the frames of both balls in shot `i`, m in the film at its stated scale.
     pub(crate) fn frames(&self, i: usize) -> impl Iterator<Item = FittedFrame> {
-        let [x, y] = self.origin();
+        let [x, y] = self.solution.origin();
         let moved = move |place: [f64; 2]| [place[0] + x, place[1] + y];
         self.solution.fitted_frames(i).into_iter().map(move |frame| FittedFrame {
             seen: moved(frame.seen),
@@ -57,21 +57,10 @@ impl FittedFilm {
         })
     }
 
-    /// Returns the middle of the impacts, m.
-    fn origin(&self) -> [f64; 2] {
-        self.solution.middle.map(|x| x * self.solution.unit)
-    }
-
     /// Returns the unknowns of each shot, with its name: impact, velocity, spins.
     pub fn estimates(&self) -> Vec<(&str, Vec<OwnEstimate>)> {
         let names = self.solution.names[0].iter().map(String::as_str);
-        names.zip(self.solution.own_estimates(self.origin())).collect()
-    }
-
-    /// Returns the estimate of an unknown that all shots share, with its standard error.
-    pub fn shared(&self, id: Id) -> Option<Measured> {
-        let estimate = self.solution.get(id)?;
-        Some(Measured::new(estimate.value, estimate.std_error?))
+        names.zip(self.solution.own_estimates(self.solution.origin())).collect()
     }
 
     /// Writes the text of each shot, some shots at a time: not all frames may fit in memory.

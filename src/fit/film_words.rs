@@ -9,6 +9,7 @@ use minijinja::{Value as Values, context};
 use super::Explanation;
 use super::film::FittedFilm;
 use crate::film::frame_noise::constant_axis;
+use crate::measurement::dataset::Measured;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
 use crate::problem::{DiscImpact, Finding, Id, Policy, Severity, Solution};
@@ -193,8 +194,7 @@ pub(super) fn unknown_spins(film: &FittedFilm) -> Option<Remark> {
 
 /// Returns how the discs slow down, if it was estimated.
 pub(super) fn slowing(solution: &Solution) -> Option<Remark> {
-    let estimate = solution.get(Id::Slowing)?;
-    let (slowing, sd) = (estimate.value, estimate.std_error?);
+    let Measured { value: slowing, sd } = solution.measured(Id::Slowing)?;
     Some(note("measured/slowing", context! { slowing, sd }))
 }
 

@@ -32,8 +32,8 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let end = FitEnd::of_frames(Arc::clone(&film.solution), &settings, (None, Vec::new()), profiles);
     let fitted = Fitted::new(request, &settings, &end, deviations, |slope, _| Some(slope.p_value));
     let mut fit = Fit {
-        sliding: film.shared(Id::MuK),
-        rolling: film.shared(Id::MuR),
+        sliding: film.solution.measured(Id::MuK),
+        rolling: film.solution.measured(Id::MuR),
         frames: Some(film.clone()),
         ..fitted.fit()
     };

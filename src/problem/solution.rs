@@ -17,6 +17,7 @@ use super::problem::{Problem, Sample, State};
 use super::sums::ShotSums;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode, Normal};
+use crate::measurement::dataset::Measured;
 use crate::measurement::parameter::{Parameter, Settings};
 
 /// The estimate of a shared unknown.
@@ -152,6 +153,17 @@ impl Solution {
     pub fn get(&self, id: Id) -> Option<Estimate> {
         let column = self.column(0, id)?;
         (self.problem.unknowns[column].mode == Mode::Free).then(|| self.estimate(column))
+    }
+
+    /// Returns an unknown of the first sample with its standard error, if it was free and has one.
+    pub(crate) fn measured(&self, id: Id) -> Option<Measured> {
+        let estimate = self.get(id)?;
+        Some(Measured::new(estimate.value, estimate.std_error?))
+    }
+
+    /// Returns the middle of the impacts in the film at its stated scale, m.
+    pub(crate) fn origin(&self) -> [f64; 2] {
+        self.middle.map(|x| x * self.unit)
     }
 
     /// Returns the value of an unknown of the first sample, free or held.

@@ -78,7 +78,7 @@ document! {
         /// (of scale and aspect 1) has no effect. estimate and std_error; of dropped_frames the
         /// number of shots with drops and of drops; of left_out_at_impacts the number of frames
         /// before and after each impact.
-        film: Option<ByName<FilmEntry>> = fit.camera.as_ref().map(film),
+        film: Option<ByName<FilmEntry>> = fit.camera.as_ref().map(|camera| film(camera, &fit.solution.findings)),
         /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and
         /// camera.
         unknowns: Vec<Unknown> = each(&fit.solution.estimates(), Unknown::new),
@@ -291,7 +291,7 @@ fn interval(ends: Option<[f64; 2]>) -> Option<[f64; 2]> {
 }
 
 /// Returns the camera as it was fitted, and what else was found of a film.
-fn film(found: &FoundCamera) -> ByName<FilmEntry> {
+fn film(found: &FoundCamera, findings: &[Finding]) -> ByName<FilmEntry> {
     let estimate = |Measured { value, sd }: Measured| {
         [("estimate", Number::from_f64(value)), ("std_error", sd.and_then(Number::from_f64))]
     };
@@ -301,12 +301,12 @@ fn film(found: &FoundCamera) -> ByName<FilmEntry> {
     let mut all: Vec<_> = each(&found.corrections(), |(which, found)| (which.name(), estimate(*found)));
     all.extend(found.noise_correlation().map(|rho| ("noise_correlation", without_error(rho))));
     all.push(("resolution_m", without_error(0.0)));
-    let drops = found.findings().iter().find_map(|finding| match *finding {
+    let drops = findings.iter().find_map(|finding| match *finding {
         Finding::Drops { shots, drops } => Some([shots, drops]),
         _ => None,
     });
     all.push(("dropped_frames", counts(["shots", "drops"], drops.unwrap_or_default())));
-    all.extend(found.findings().iter().find_map(|finding| match *finding {
+    all.extend(findings.iter().find_map(|finding| match *finding {
         Finding::Spoiled { before, after } => {
             Some(("left_out_at_impacts", counts(["before", "after"], [before, after])))
         }

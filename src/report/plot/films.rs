@@ -35,8 +35,8 @@ pub(in crate::report) fn of_balls<'a>(film: &FittedFilm, impact: &'a Impact) -> 
     let [before, cue, object] = impact.speeds();
     let (noise, chi2) = (1e3 * impact.position_sd, impact.reduced_chi2);
     let left_out = count_of(impact.outliers, "frame");
-    let middle = film.solution.middle.map(|middle| middle * film.solution.unit);
-    let in_film = move |place: [f64; 2]| [place[0] + middle[0], place[1] + middle[1]];
+    let [x, y] = film.solution.origin();
+    let in_film = move |place: [f64; 2]| [place[0] + x, place[1] + y];
     Tracks {
         name: &impact.shot.name,
         seen: impact.seen.each_ref().map(|seen| seen.iter().map(|(t, at)| (*t, in_film(*at))).collect()),
