@@ -50,55 +50,44 @@ pub(in crate::fit) fn contours(
     estimates: &[&Estimate],
     dof: Option<f64>,
 ) -> Vec<Contour> {
+    let contour = |pair: [&Estimate; 2]| {
+        let ids = pair.map(|estimate| Id::from(estimate.parameter));
+        let centre = pair.map(|estimate| estimate.value);
+        let bounds = ids.map(|id| solution.bounds(id));
+        let covariance = solution.covariance_in(covariance, &ids);
+        // without a covariance of both, from its interval or its bounds
+        let reach = |i: usize| {
+            pair[i].std_error.unwrap_or_else(|| {
+                let [low, high] = pair[i].interval_95.unwrap_or(bounds[i]);
+                0.25 * (high - low)
+            })
+        };
+        let root = Matrix2::from_fn(|i, j| covariance[(i, j)])
+            .cholesky()
+            .map_or_else(|| Matrix2::from_diagonal(&Vector2::new(reach(0), reach(1))), |root| root.l());
+        // of films, whose χ² takes long, and of intervals of parabolas, to a tenth, the ellipse serves
+        let is_parabola = |estimate: &&Estimate| estimate.interval_95 == estimate.intervals.hessian;
+        let is_ellipse = solution.is_film() || pair.iter().all(is_parabola);
+        let level = |probability: f64| {
+            let rise = rise(probability, dof)?;
+            let point = |k: usize| {
+                let (sin, cos) = (TAU * k as f64 / POINTS as f64).sin_cos();
+                let along = rise.sqrt() * (root * Vector2::new(cos, sin));
+                [centre[0] + along.x, centre[1] + along.y]
+            };
+            let inside = |point: [f64; 2]| [0, 1].map(|i| point[i].clamp(bounds[i][0], bounds[i][1]));
+            let edge = if is_ellipse {
+                (0..POINTS).map(point).map(inside).collect()
+            } else {
+                solution.region(ids.map(|id| id as usize), &root, rise)?
+            };
+            Some(Level { probability, rise, edge })
+        };
+        let levels: Option<Vec<Level>> = LEVELS.into_iter().map(level).collect();
+        Some(Contour { parameters: pair.map(|estimate| estimate.parameter), centre, levels: levels? })
+    };
     let after = |i: usize| estimates[i + 1..].iter().map(move |second| [estimates[i], second]);
-    let pairs = (0..estimates.len()).flat_map(after);
-    pairs.filter_map(|pair| contour(solution, covariance, pair, dof)).collect()
-}
-
-fn contour(
-    solution: &Solution,
-    covariance: &Estimates,
-    pair: [&Estimate; 2],
-    dof: Option<f64>,
-) -> Option<Contour> {
-    let ids = pair.map(|estimate| Id::from(estimate.parameter));
-    let centre = pair.map(|estimate| estimate.value);
-    let bounds = ids.map(|id| solution.bounds(id));
-    let covariance = solution.covariance_in(covariance, &ids);
-    // without a covariance of both, from its interval or its bounds
-    let reach = |i: usize| {
-        pair[i].std_error.unwrap_or_else(|| {
-            let [low, high] = pair[i].interval_95.unwrap_or(bounds[i]);
-            0.25 * (high - low)
-        })
-    };
-    let root = Matrix2::from_fn(|i, j| covariance[(i, j)])
-        .cholesky()
-        .map_or_else(|| Matrix2::from_diagonal(&Vector2::new(reach(0), reach(1))), |root| root.l());
-    // of films, whose χ² takes long, the ellipse serves
-    let is_parabola = solution.is_film() || pair.iter().all(|estimate| is_parabola(estimate));
-    let level = |probability: f64| {
-        let rise = rise(probability, dof)?;
-        let point = |k: usize| {
-            let (sin, cos) = (TAU * k as f64 / POINTS as f64).sin_cos();
-            let along = rise.sqrt() * (root * Vector2::new(cos, sin));
-            [centre[0] + along.x, centre[1] + along.y]
-        };
-        let inside = |point: [f64; 2]| [0, 1].map(|i| point[i].clamp(bounds[i][0], bounds[i][1]));
-        let edge = if is_parabola {
-            (0..POINTS).map(point).map(inside).collect()
-        } else {
-            solution.region(ids.map(|id| id as usize), &root, rise)?
-        };
-        Some(Level { probability, rise, edge })
-    };
-    let levels: Option<Vec<Level>> = LEVELS.into_iter().map(level).collect();
-    Some(Contour { parameters: pair.map(|estimate| estimate.parameter), centre, levels: levels? })
-}
-
-/// Returns whether the interval of an estimate is that of a parabola, to a tenth.
-fn is_parabola(estimate: &Estimate) -> bool {
-    estimate.interval_95 == estimate.intervals.hessian
+    (0..estimates.len()).flat_map(after).filter_map(contour).collect()
 }
 
 /// χ² rises by this on the edge of the region of two parameters.
