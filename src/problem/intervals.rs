@@ -212,34 +212,31 @@ impl FitEnd {
     fn estimate(&self, parameter: Parameter, setting: &Setting) -> ParameterEstimate {
         let (solution, id) = (&self.solution, Id::from(parameter));
         let (column, unknown) = (id as usize, solution.problem.unknown(id));
-        let bare = |status: Status| ParameterEstimate::bare(parameter, solution.value(id), status);
+        let bare = |value: f64, status: Status| ParameterEstimate::bare(parameter, value, status);
         if self.undetermined.contains(&id) {
-            return bare(Status::NotIdentified);
+            return bare(solution.value(id), Status::NotIdentified);
         }
         if unknown.mode != Mode::Free {
-            return bare(Status::Fixed);
+            return bare(solution.value(id), Status::Fixed);
         }
         let [low, high] = unknown.bounds;
         if let Some(value) = self.least_if_all_may_stick(column) {
             let interval_95 = Some([value, high]);
             let intervals = IntervalPair { hessian: None, profile: interval_95 };
-            let bare = ParameterEstimate::bare(parameter, value, Status::Free);
-            return ParameterEstimate { interval_95, intervals, ..bare };
+            return ParameterEstimate { interval_95, intervals, ..bare(value, Status::Free) };
         }
         let edge = if solution.is_informed(id) {
             Some(solution.value(id))
         } else {
             edge_of_saturation(&solution.problem, &solution.at, column)
         };
-        let Some(value) = edge else {
-            return ParameterEstimate::bare(parameter, setting.initial, Status::NotIdentified);
-        };
+        let Some(value) = edge else { return bare(setting.initial, Status::NotIdentified) };
         let status = match value {
             value if value == low => Status::AtLowerBound,
             value if value == high => Status::AtUpperBound,
             _ => Status::Free,
         };
-        let without_error = ParameterEstimate::bare(parameter, value, status);
+        let without_error = bare(value, status);
         let at_bounds = solution.covariance.sd(column);
         let std_error = at_bounds.and(self.as_free.sd(column));
         let quantile = self.quantile(if std_error.is_some() { 0.975 } else { 0.95 });
