@@ -31,6 +31,9 @@ pub const GRAVITY: f64 = 9.81;
 /// Slowest rebound with a flight of its own, m/s: a height of 0.2 µm.
 const MIN_REBOUND: f64 = 0.002;
 
+/// Number of stretches that paths have room for at first: few have more.
+const TYPICAL_STRETCHES: usize = 16;
+
 /// Largest number of flights of a ball; later bounces act as low ones do. At e_t
 /// = 0.9 it holds all rebounds of a ball that rises with 1.7 m/s.
 const MAX_FLIGHTS: usize = 64;
@@ -175,7 +178,8 @@ impl<T: Number> Forces<T> {
         } else {
             T::zero()
         };
-        let mut path = vec![Stretch { start: f64::NEG_INFINITY, ..before }];
+        let mut path = Vec::with_capacity(TYPICAL_STRETCHES);
+        path.push(Stretch { start: f64::NEG_INFINITY, ..before });
         path.extend((half.re() > 0.0).then(|| before.turning(&after, half)));
         let first = path.len();
         self.follow(after, until, &mut path);

@@ -42,7 +42,8 @@ pub(crate) struct Piece<const C: usize, const I: usize> {
     /// s
     pub(crate) start: f64,
     pub(crate) at: SVector<f64, C>,
-    pub(crate) by: SMatrix<f64, C, I>,
+    /// Derivatives of each coefficient, as a column.
+    pub(crate) by: SMatrix<f64, I, C>,
 }
 
 impl<const C: usize, const I: usize> Piece<C, I> {
@@ -50,7 +51,7 @@ impl<const C: usize, const I: usize> Piece<C, I> {
         let mut piece = Self { start, at: SVector::zeros(), by: SMatrix::zeros() };
         for (i, coefficient) in coefficients.iter().enumerate() {
             piece.at[i] = coefficient.re;
-            piece.by.row_mut(i).tr_copy_from(&gradient(coefficient));
+            piece.by.set_column(i, &gradient(coefficient));
         }
         piece
     }
@@ -148,9 +149,10 @@ pub(crate) fn rows<const R: usize>(
     let scale = frame.weight.component_div(&sd);
     let residual = seen.place - frame.seen;
     let mut rows = [SVector::zeros(); 2];
-    for (i, column) in by.iter().chain(&seen.by_camera).chain([&residual]).enumerate() {
+    let columns = by.iter().chain(&seen.by_camera).chain([&residual]);
+    columns.enumerate().for_each(|(i, column)| {
         (rows[0][i], rows[1][i]) = (column.x * scale.x, column.y * scale.y);
-    }
+    });
     rows
 }
 
@@ -174,7 +176,7 @@ impl Columns<'_> {
         length: usize,
     ) -> DVector<f64> {
         let mut all = DVector::zeros(length);
-        let by_inputs = piece.by.tr_mul(&row.fixed_rows::<C>(0));
+        let by_inputs = piece.by * row.fixed_rows::<C>(0);
         for (column, by) in self.all().zip(by_inputs.iter().chain(row.rows_range(C..).iter())) {
             all[column] += by;
         }
@@ -226,11 +228,13 @@ pub(crate) fn add_track<const R: usize, const C: usize, const I: usize>(
         }
         let rows = OMatrix::<f64, Const<R>, Dyn>::from_vec(rows);
         let row_products = &rows * rows.transpose();
-        let by = piece.by.transpose();
-        let mut by_inputs = products.fixed_view_mut::<I, I>(0, 0);
-        by_inputs += by * (row_products.fixed_view::<C, C>(0, 0) * piece.by);
+        // a view of dynamic size is multiplied by the processor's vectors
+        let by = piece.by.columns_range(..C);
+        let by_rows = by * row_products.rows_range(..C);
+        let mut by_inputs = products.view_mut((0, 0), (I, I));
+        by_inputs.gemm(1.0, &by_rows.columns_range(..C), &by.transpose(), 1.0);
         let mut beside = products.view_mut((0, I), (I, others));
-        beside += by * row_products.view((0, C), (C, others));
+        beside += by_rows.columns_range(C..);
         let mut by_others = products.view_mut((I, I), (others, others));
         by_others += row_products.view((C, C), (others, others));
     }

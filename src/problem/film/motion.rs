@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use num_dual::DualNum;
 
 use super::camera::Point;
-use super::dual::{Dual, DualVector, INPUTS, SMOOTH_SPEED, constant, norm};
+use super::dual::{Dual, DualVector, INPUTS, SMOOTH_SPEED, constant, gradient, norm};
 use super::impact::{Contact, Correction, Side};
 use super::own::{self, MOVING};
 use super::spins::ShotSpin;
@@ -28,13 +28,23 @@ pub(super) type Piece = frames::Piece<COEFFICIENTS, INPUTS>;
 
 /// Returns a part of a path as coefficients.
 fn piece(stretch: &Stretch<Dual>) -> Piece {
-    let Moment { time: start, place, velocity, .. } = stretch.from;
-    let coefficients_of_axis = |axis: usize| {
-        let (x, v, a) = (&place[axis], &velocity[axis], stretch.acceleration[axis]);
+    let Moment { time, place, velocity, .. } = &stretch.from;
+    let (s, s_by) = (time.re, gradient(time));
+    let mut piece = Piece::new(stretch.start, &[]);
+    for axis in 0..3 {
+        let [x, v, a] = [&place[axis], &velocity[axis], &stretch.acceleration[axis]];
+        let [x_by, v_by, a_by] = [x, v, a].map(gradient);
         // x − v s + a s²/2, v − a s, a
-        [x - (v - a * start * 0.5) * start, v - a * start, a]
-    };
-    Piece::new(stretch.start, [0, 1, 2].map(coefficients_of_axis).as_flattened())
+        let velocity = v.re - a.re * s;
+        let coefficients = [x.re - v.re * s + a.re * (0.5 * s * s), velocity, a.re];
+        let by =
+            [x_by - v_by * s + a_by * (0.5 * s * s) - s_by * velocity, v_by - a_by * s - s_by * a.re, a_by];
+        for (i, (coefficient, by)) in (3 * axis..).zip(coefficients.into_iter().zip(&by)) {
+            piece.at[i] = coefficient;
+            piece.by.set_column(i, by);
+        }
+    }
+    piece
 }
 
 /// Returns the place on the table and the height of a ball on a piece at a time since the first
