@@ -67,6 +67,9 @@ pub struct Descent<E> {
     pub end: E,
     /// Whether it ended because a step promised or gained too little.
     pub converged: bool,
+    /// The decrease of the sum that the step promises which was too little to be tried; 0 if it ended
+    /// otherwise.
+    pub promise: f64,
     /// Number of steps tried.
     pub steps: u64,
 }
@@ -97,11 +100,13 @@ pub fn descend<S: SumOfSquares>(squares: &S, at: S::Evaluation, how: Descending)
         stalls: 0,
         last_refinement: f64::INFINITY,
         is_blocked: false,
+        promise: 0.0,
         converged: None,
     };
     let run = Executor::new(squares, &mut solver).configure(|_| state).timer(false).run();
     let steps = run.map_or(0, |run| run.state.iter);
-    Descent { end: solver.at, converged: solver.converged == Some(true), steps }
+    let Marquardt { at: end, promise, converged, .. } = solver;
+    Descent { end, converged: converged == Some(true), promise, steps }
 }
 
 /// The state that argmin passes between iterations, without a place: it would keep four of them.
@@ -125,6 +130,8 @@ struct Marquardt<E> {
     last_refinement: f64,
     /// Whether the last longer step ended at an infinite sum.
     is_blocked: bool,
+    /// The promise of a step that is not tried since it is too small.
+    promise: f64,
     /// Whether it has converged, once it has ended.
     converged: Option<bool>,
 }
@@ -152,6 +159,7 @@ impl<E> Marquardt<E> {
             if step.promise > 0.0 && step.promise >= self.stall && !is_over {
                 return Some(step);
             }
+            self.promise = step.promise;
             self.converged = Some(!self.is_blocked);
             return None;
         }

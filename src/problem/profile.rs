@@ -8,7 +8,7 @@ use nalgebra::{DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
 use super::evaluation::Evaluation;
-use super::minimise::descend;
+use super::minimise::{Descent, descend};
 use super::problem::Problem;
 use super::solution::Solution;
 use super::unknowns::Id;
@@ -24,6 +24,10 @@ const MAX_POINTS: [usize; 2] = [80, 12];
 
 /// Relative width of a bracket at which a jump of χ² is an end.
 const JUMP: f64 = 1e-6;
+
+/// Largest promise of the last step to a point over the error of χ² there: what a step gains is
+/// within a quarter of its promise.
+const PROMISED: f64 = 4.0;
 
 /// Directions of the edge of a region.
 const DIRECTIONS: usize = 24;
@@ -111,12 +115,13 @@ fn reach<const N: usize>(
         let precision = precision[count.min(1)];
         // half as precise as χ² is told apart
         let there = least_at(problem, &inside.2, &place(trial), precision * t * t);
-        let rise = there.as_ref().map_or(f64::INFINITY, |at| (at.cost - minimum.cost).max(0.0).sqrt());
+        let least = there.as_ref().map_or(f64::INFINITY, |there| there.end.cost - there.promise);
+        let rise = (least - minimum.cost).max(0.0).sqrt();
         if (rise - t).abs() <= precision * t {
             return Some(trial);
         }
         match there {
-            Some(at) if rise < t => inside = (trial, rise, at),
+            Some(there) if rise < t => inside = (trial, rise, there.end),
             _ => outside = Some((trial, rise)),
         }
         if rise < t && trial >= limit {
@@ -163,14 +168,14 @@ fn follow(problem: &Problem, from: &Evaluation, held: &[(usize, f64)]) -> Option
     there.cost.is_finite().then_some(there)
 }
 
-/// Returns the least χ² over all unknowns but some, which have these values, until a step gains
-/// less than `stall`; descends from another minimum, after the others have followed to first order.
-fn least_at(problem: &Problem, from: &Evaluation, held: &[(usize, f64)], stall: f64) -> Option<Evaluation> {
+/// Returns the least χ² over all unknowns but some, which have these values, with an error of at most
+/// `precision`; descends from another minimum, after the others have followed to first order.
+fn least_at(problem: &Problem, from: &Evaluation, held: &[(usize, f64)], precision: f64) -> Option<Descent> {
     let is_other = |column: &usize| held.iter().all(|(held, _)| held != column);
     let others: Vec<usize> = problem.free().into_iter().filter(is_other).collect();
     let unmoved = || problem.evaluate(from.state.clone().with(held.iter().copied()));
     let start = follow(problem, from, held).unwrap_or_else(unmoved);
     let steps = MAX_STEPS[usize::from(problem.rows().is_none())];
-    let end = descend(problem, start, &others, (steps, stall)).end;
-    end.cost.is_finite().then_some(end)
+    let descent = descend(problem, start, &others, (steps, PROMISED * precision));
+    descent.end.cost.is_finite().then_some(descent)
 }
