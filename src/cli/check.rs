@@ -27,9 +27,11 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let mut documents = Vec::new();
     for dataset in datasets {
         progress.step(&dataset.name);
-        let (dataset, _) = with_impacts(dataset);
+        let (dataset, film) = with_impacts(dataset);
         progress.done();
-        documents.push(CheckDocument::new(&dataset, &check::check(&dataset)));
+        let mut findings = film.as_ref().map(check::doubts).unwrap_or_default();
+        findings.extend(check::check(&dataset));
+        documents.push(CheckDocument::new(&dataset, &findings));
     }
     drop(progress);
     answer(args.json, &documents, || templates::text_of(include_str!("check.jinja"), &documents))?;

@@ -46,7 +46,11 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         [] => String::new(),
         blanks => format!(" Fill in: {}.", blanks.join(", ")),
     };
-    print(&format!("Wrote {}.{open} Then: caromfit check {}\n", path.display(), folder.display()))
+    let mut folder = folder.display().to_string();
+    if folder.contains(char::is_whitespace) {
+        folder = format!("\"{folder}\"");
+    }
+    print(&format!("Wrote {}.{open} Then: caromfit check {folder}\n", path.display()))
 }
 
 fn lines(found: &[String]) -> String {

@@ -172,7 +172,8 @@ fn without_start(cue: &[Sample], object: &[Sample], until: f64, noise: f64) -> U
     if free.len() >= MIN_FRAMES {
         let line = Path::line(free, object[0].t);
         let speed = line.velocity.norm();
-        if speed > SIGNIFICANT * noise * line.error {
+        let arriving = Path::line(&cue[..cue.len().min(NEAR_FRAMES)], object[0].t).velocity.norm();
+        if speed > SIGNIFICANT * noise * line.error && speed > MIN_MOVING_PART * arriving {
             return Unusable::ObjectMoving { speed };
         }
     }

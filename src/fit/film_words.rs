@@ -111,14 +111,14 @@ fn spins(film: &FittedFilm) -> Values {
     let near = |spin: f64| all.iter().filter(|(_, found)| (found - spin).abs() < DIFFERS).count();
     let are_most = |count: usize| Policy::default().are_most(count, shots);
     let (rolling, stun) = (near(1.0), near(0.0));
-    let differ = all.iter().any(|(stated, found)| (found - stated).abs() > DIFFERS);
-    let word = match differ {
+    let most = all.iter().map(|(stated, found)| (found - stated).abs()).fold(0.0, f64::max);
+    let word = match most > DIFFERS {
         true if are_most(rolling) => "natural-roll",
         true if are_most(stun) => "stun",
         _ => "unknown",
     };
     let mean = all.iter().map(|(_, found)| found).sum::<f64>() / shots.max(1) as f64;
-    context! { shots, rolling, stun, mean, found => word }
+    context! { shots, rolling, stun, mean, most, found => word }
 }
 
 /// Returns causes of residuals that the estimates include, the best first.

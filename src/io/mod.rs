@@ -45,6 +45,11 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
         problems.add(&file, None, None, message);
         return Err(problems.into_error());
     }
+    if file.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml")) {
+        let message = "is a table; expected a dataset.toml, which \"caromfit init\" writes for it";
+        problems.add(&file, None, None, message);
+        return Err(problems.into_error());
+    }
     let text = read_utf8(&file, &problems);
     checked(&file, text.as_deref(), problems, dataset)
 }

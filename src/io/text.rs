@@ -85,7 +85,9 @@ pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
 }
 
 pub(crate) fn filled_lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
-    lines(text).filter(|(_, line)| !line.trim().is_empty())
+    // a spreadsheet ends with rows of empty cells
+    let is_filled = |c: char| !c.is_whitespace() && !",;".contains(c);
+    lines(text).filter(move |(_, line)| line.contains(is_filled))
 }
 
 /// A quotation mark that does not close, or text after a closing one.

@@ -7,6 +7,7 @@ use super::raw::Job;
 use super::time::{first_apart, resolution};
 use super::words::{Unit, is_angle};
 use crate::io::text::{SEPARATORS, Separator, filled_lines, parse, trimmed, unmarked, value};
+use crate::measurement::number::plain;
 
 /// Maximum number of lines of titles above the names of columns, as spreadsheets have.
 pub(super) const TITLES: usize = 10;
@@ -166,11 +167,11 @@ impl Heading {
         let [Some(frames), Some(times)] = columns.map(|column| rows.numbers(column)) else { return };
         let Some(row) = first_apart(&frames, &times, resolution(&times), rate * second) else { return };
         let [frame, time] = columns.map(|column| self.names[column].as_str());
-        let since =
-            format!("{} frames, but {} {}", frames[row] - frames[0], times[row] - times[0], unit.name());
+        let (number, lasts) = (frames[row] - frames[0], times[row] - times[0]);
+        let (unit, own) = (unit.name(), plain(number / (lasts * second), 4));
         let message = format!(
-            "{frame} and {time} contradict each other at {rate} fps: this row is {since} after the first one; expected columns that \
-             agree, or one of them in [tracks.columns], or another frame rate"
+            "{frame} and {time} contradict each other at {rate} fps: this row is {number} frames, but {lasts} {unit} after the first \
+             one; expected columns that agree, or another frame rate. If the times are those of slow playback, write [video] playback_fps = {own}"
         );
         job.wrong(self.lines_below(job.text).nth(row).map(|(line, _)| line), time, message);
     }

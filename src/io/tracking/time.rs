@@ -224,7 +224,7 @@ impl Grid {
         // the spacing shows how a clock drifts, but a lost frame on a coarse one makes it longer
         let drifting = || self.frames(self.spacing).filter(|_| !is_stated);
         let Some(frames) = self.frames(rate.recip()).or_else(drifting) else {
-            if self.resolution > MAX_OFF / rate {
+            if self.resolution > MAX_ROUNDING / rate {
                 return Err(self.too_coarse(rate));
             }
             note(format!(
@@ -267,7 +267,7 @@ pub(super) fn followed(shot: &RawShot) -> Option<f64> {
 
 /// Returns the largest power of ten of which all times are multiples, 0 if it is below a millionth.
 pub(super) fn resolution(times: &[f64]) -> f64 {
-    let is_whole = |x: f64| (x - x.round()).abs() < 1e-9 * x.abs().max(1.0) + 1e-7;
+    let is_whole = |x: f64| (x - x.round()).abs() < (1e-9 * x.abs().max(1.0) + 1e-7).min(MAX_OFF);
     let fits = |scale: &f64| times.iter().all(|t| is_whole(t * scale));
     (0..=6).map(|digits| 10.0_f64.powi(digits)).find(fits).map_or(0.0, f64::recip)
 }
@@ -281,8 +281,13 @@ fn spacing(times: &[f64], resolution: f64) -> f64 {
         steps.iter().copied().filter(|step| (step - median).abs() <= limit).collect()
     };
     let steady = within(MAX_OFF);
-    let near = if 2 * steady.len() < steps.len() { within(MAX_ROUNDING) } else { steady };
-    near.iter().sum::<f64>() / near.len() as f64
+    if 2 * steady.len() >= steps.len() {
+        return steady.iter().sum::<f64>() / steady.len() as f64;
+    }
+    // of a varying clock all steps count, each as the nearest number of frames
+    let near = within(MAX_ROUNDING);
+    let frame = near.iter().sum::<f64>() / near.len() as f64;
+    steps.iter().sum::<f64>() / steps.iter().map(|step| (step / frame).round()).sum::<f64>()
 }
 
 /// Returns how much later than its frame at this rate, frames/s, each time is, from the first on,

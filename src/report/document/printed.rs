@@ -56,7 +56,10 @@ document! {
         /// Number of shots that can be used.
         shots: usize = checked.count_usable(),
         /// Detections, repairs and assumptions, in sentences.
-        notes: Vec<String> = checked.notes().cloned().collect(),
+        notes: Vec<String> = {
+            let is_other = |note: &&String| found.iter().all(|finding| finding.text != **note);
+            checked.notes().filter(is_other).cloned().collect()
+        },
         /// Shots that cannot be used.
         left_out: Vec<Rejected> = left_out(checked),
         /// Suspicions and notes.
