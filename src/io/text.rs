@@ -84,10 +84,13 @@ pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
     (1..).zip(lines)
 }
 
+/// Returns whether a cell of a line is filled: a spreadsheet ends with rows of empty ones.
+pub(crate) fn is_filled(line: &str) -> bool {
+    line.contains(|c: char| !c.is_whitespace() && !",;".contains(c))
+}
+
 pub(crate) fn filled_lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
-    // a spreadsheet ends with rows of empty cells
-    let is_filled = |c: char| !c.is_whitespace() && !",;".contains(c);
-    lines(text).filter(move |(_, line)| line.contains(is_filled))
+    lines(text).filter(|(_, line)| is_filled(line))
 }
 
 /// A quotation mark that does not close, or text after a closing one.

@@ -23,7 +23,9 @@ pub(super) fn read(job: Job, layout: &Layout) -> Vec<RawShot> {
     for (line, text) in lines(job.text).take_while(|_| job.problems.len() < limit) {
         let content = text.trim_start();
         let bodies = layout.bodies_at(line);
-        if content.is_empty() || bodies.is_empty() {
+        // a row of empty cells may be a frame if rows are counted
+        let is_empty = content.is_empty() || layout.time.is_some() && !text::is_filled(content);
+        if is_empty || bodies.is_empty() {
             continue;
         }
         let cells = text::cells(text, layout.heading.separator);

@@ -46,7 +46,7 @@ pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<
         if let Some(Row { time, line, .. }) = rows.find(|row| row.time.fract() != 0.0) {
             let hint = if time.abs() > 1.0 { "; thousands have no mark" } else { "" };
             return Err(format!(
-                "line {line}: frame {time} is not a whole number; if it is a time, say [tracks] time_unit{hint}"
+                "frame {time} is not a whole number (line {line}); if it is a time, say [tracks] time_unit{hint}"
             ));
         }
         shot.map_times(|time| time / fps);
@@ -284,10 +284,10 @@ fn spacing(times: &[f64], resolution: f64) -> f64 {
     if 2 * steady.len() >= steps.len() {
         return steady.iter().sum::<f64>() / steady.len() as f64;
     }
-    // of a varying clock all steps count, each as the nearest number of frames
-    let near = within(MAX_ROUNDING);
-    let frame = near.iter().sum::<f64>() / near.len() as f64;
-    steps.iter().sum::<f64>() / steps.iter().map(|step| (step / frame).round()).sum::<f64>()
+    // the steps of a varying clock, without lost frames
+    let longest = 1.02 * resolution + (1.0 + 2.0 * MAX_ROUNDING) * median;
+    let single: Vec<f64> = steps.into_iter().filter(|step| *step <= longest).collect();
+    single.iter().sum::<f64>() / single.len() as f64
 }
 
 /// Returns how much later than its frame at this rate, frames/s, each time is, from the first on,

@@ -218,8 +218,7 @@ impl Reading {
         let frame = |(sample, repeats): (&Sample, [f64; 2])| {
             let seen = (Point::new(sample.x, sample.y) - self.middle) * self.unit;
             let weight = |axis: usize| {
-                // in the unit of the film
-                let stated = sample.sd.map(|sd| sd[axis]).or(shot.position_sd.map(|sd| sd / self.unit));
+                let stated = sample.sd.map(|sd| sd[axis]).or(shot.position_sd);
                 // over the noise of the film, which is 1 m if all noise is stated
                 let over_noise = |sd: f64| if self.states_noise { sd * self.unit } else { sd / noise };
                 let sd = stated.map_or(1.0, over_noise);
