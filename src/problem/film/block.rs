@@ -82,9 +82,7 @@ impl FilmedShot {
         };
         self.side_spins = after.into_iter().enumerate().filter_map(side_spin).collect();
         if let Some(rotation) = before {
-            let (sin, cos) = own[own::DIRECTION].sin_cos();
-            let [along, across] = [own[own::ALONG], own[own::ACROSS]];
-            let velocity = Point::new(along * cos - across * sin, along * sin + across * cos);
+            let velocity = own::velocity(own);
             let new = ShotSpin::seen(&rotation, camera, velocity, radius);
             self.spin = self.spin.measured_again(new, own, velocity, radius);
         }

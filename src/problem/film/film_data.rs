@@ -94,10 +94,9 @@ impl Film<FilmBlock> {
         let sd = unit * median(shots.iter().map(|shot| frame_noise::noise(&shot.track)).collect());
         let rho = shots[0].track.correlation;
         let noise = Noise { sd: if states_noise { 1.0 } else { sd }, rho };
-        let mut own: Vec<Own> = shots.iter().map(|shot| shot.own(middle, unit)).collect();
         let names = shots.iter().map(|shot| shot.track.name.clone()).collect();
-        let read = |shot: Guessed| shot.read(middle, unit, states_noise, ball.radius);
-        let mut shots: Vec<FilmedShot> = shots.into_iter().map(read).collect();
+        let read = |shot: &Guessed| shot.read(middle, unit, states_noise, ball.radius);
+        let (mut shots, mut own): (Vec<FilmedShot>, Vec<Own>) = shots.iter().map(read).unzip();
         let mut unknowns = Unknown::list();
         list_camera(&mut unknowns, tracks);
         let camera = Camera::new(&Shared::starts(&unknowns));
@@ -157,18 +156,10 @@ impl Guessed {
         Point::from(object) - Point::new(cos, sin) * (0.5 * distance)
     }
 
-    /// Returns the own unknowns of the first guess, in metres from the middle.
-    fn own(&self, middle: Point, unit: f64) -> Own {
-        let FirstGuess { time, object, direction, before, .. } = self.guess;
-        let place = (Point::from(object) - middle) * unit;
-        let [along, across] = before.map(|speed| speed * unit);
-        own::moving([time, place.x, place.y, direction, along, across])
-    }
-
-    /// Returns the shot in metres from the middle, with the spin that is stated. The radius is in
-    /// metres.
-    fn read(self, middle: Point, unit: f64, states_noise: bool, radius: f64) -> FilmedShot {
-        let Self { track, guess } = &self;
+    /// Returns the shot in metres from the middle, with the spin that is stated, and the first guess
+    /// of its own unknowns. The radius is in metres.
+    fn read(&self, middle: Point, unit: f64, states_noise: bool, radius: f64) -> (FilmedShot, Own) {
+        let Self { track, guess: FirstGuess { time, object, direction, before, .. } } = self;
         let reading = Reading { middle, unit, states_noise, may_be_held: !track.states_noise() };
         let [of_cue, of_object] = track.resolution;
         let tracks =
@@ -182,17 +173,18 @@ impl Guessed {
                 states_noise: track.position_sd.is_some() || samples.iter().all(|sample| sample.sd.is_some()),
             }
         };
-        let (sin, cos) = guess.direction.sin_cos();
-        let [along, across] = guess.before.map(|speed| speed * unit);
-        let velocity = Point::new(along * cos - across * sin, along * sin + across * cos);
-        FilmedShot {
+        let place = (Point::from(*object) - middle) * unit;
+        let [along, across] = before.map(|speed| speed * unit);
+        let own = own::moving([*time, place.x, place.y, *direction, along, across]);
+        let shot = FilmedShot {
             tracks: Arc::new(tracks),
             markers: Arc::new(track.markers.iter().map(marker).collect()),
             fps: track.fps,
             side_spins: Vec::new(),
-            spin: ShotSpin::stated(track.spin, velocity, radius),
+            spin: ShotSpin::stated(track.spin, own::velocity(&own), radius),
             correction: None,
-        }
+        };
+        (shot, own)
     }
 }
 

@@ -81,9 +81,6 @@ pub(super) struct Struck {
     cos: Dual,
 }
 
-/// Outcome offsets of the cue ball and of the object ball.
-const OFFSETS: [[Id; 2]; 2] = [[Id::CueAlong, Id::CueAcross], [Id::ObjectAlong, Id::ObjectAcross]];
-
 impl Struck {
     /// Returns the impact of a shot, its instant counted from the present guess.
     ///
@@ -99,8 +96,8 @@ impl Struck {
         let before = cue_before(spin, shared, &inputs, &contact.object());
         let offsets = std::array::from_fn(|i| values[own::SCATTER + i]);
         let (mut after, sticks) = contact.collide(&before, shared, &offsets, correction)?;
-        for (side, [along, across]) in after.iter_mut().zip(OFFSETS) {
-            side.velocity += DualVector::new(shared.dual(along), shared.dual(across));
+        for (side, offset) in after.iter_mut().zip(Id::OFFSETS.chunks_exact(2)) {
+            side.velocity += DualVector::new(shared.dual(offset[0]), shared.dual(offset[1]));
         }
         let (sin, cos) = inputs[own::DIRECTION].sin_cos();
         Ok(Self { inputs, before, after, sticks, sin, cos })

@@ -1,5 +1,8 @@
 //! Places of the own unknowns of a shot of balls. Velocities are in its collision frame, m/s.
 
+use nalgebra::Rotation2;
+
+use super::camera::Point;
 use crate::problem::unknowns::{Id, Mode, Own, Unknown};
 
 /// Number of unknowns that each shot has of its own.
@@ -44,6 +47,11 @@ pub(super) fn input_of(place: usize) -> usize {
 /// Returns which of them differ from shot to shot: those that are estimated.
 pub(in crate::problem) fn scattering(unknowns: &[Unknown]) -> [bool; SCATTERED.len()] {
     SCATTERED.map(|id| unknowns[id as usize].mode == Mode::Free)
+}
+
+/// Returns the velocity of the cue ball on the table, m/s.
+pub(super) fn velocity(own: &Own) -> Point {
+    Rotation2::new(own[DIRECTION]) * Point::new(own[ALONG], own[ACROSS])
 }
 
 /// Returns own unknowns of which the first are given, and the others 0.

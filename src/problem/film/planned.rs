@@ -116,14 +116,12 @@ impl PlannedShot {
         let topspin = if self.topspin == 0.0 { side } else { self.topspin };
         let radius = film.contact.object().radius;
         let [along, across] = self.velocity;
-        let (sin, cos) = self.direction.sin_cos();
-        let velocity = Point::new(along * cos - across * sin, along * sin + across * cos);
-        let spin = match self.spin {
-            Spin::Unknown if topspin != 1.0 => ShotSpin::SLIDES,
-            stated => ShotSpin::stated(stated, velocity, radius),
-        };
         let [x, y] = self.place;
         let mut own = own::moving([self.instant, x, y, self.direction, along, across]);
+        let spin = match self.spin {
+            Spin::Unknown if topspin != 1.0 => ShotSpin::SLIDES,
+            stated => ShotSpin::stated(stated, own::velocity(&own), radius),
+        };
         if !spin.rolls && spin.measured.is_none() {
             own[own::TOPSPIN] = topspin;
         }

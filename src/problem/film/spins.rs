@@ -95,10 +95,10 @@ pub(crate) struct ShotSpin {
     pub(crate) mean: Option<Id>,
     /// Measured spin in the table frame, rad/s.
     pub(crate) measured: Option<Vec3>,
-    pub(crate) topspin: OwnPrior,
-    side: OwnPrior,
-    swerve: OwnPrior,
-    /// How measured topspin, side spin and spin about the direction of travel depend on the camera.
+    /// What is known of topspin, side spin and spin about the direction of travel, in the order of
+    /// their places.
+    pub(super) priors: [OwnPrior; 3],
+    /// How these depend on the camera if they are measured.
     through: [Through; 3],
     /// Bounds of the topspin, over natural roll.
     pub(crate) bounds: [f64; 2],
@@ -125,9 +125,7 @@ impl ShotSpin {
         rolls: true,
         mean: Some(Id::Roll),
         measured: None,
-        topspin: OwnPrior::Held,
-        side: OwnPrior::Spread(SIDE_SPREAD),
-        swerve: OwnPrior::Held,
+        priors: [OwnPrior::Held, OwnPrior::Spread(SIDE_SPREAD), OwnPrior::Held],
         through: [Through::NONE; 3],
         bounds: UNBOUNDED,
         states: States::One,
@@ -137,7 +135,7 @@ impl ShotSpin {
     pub(super) const SLIDES: Self = Self {
         rolls: false,
         mean: Some(Id::Slide),
-        topspin: OwnPrior::Spread(TOPSPIN_SPREAD),
+        priors: [OwnPrior::Spread(TOPSPIN_SPREAD), OwnPrior::Spread(SIDE_SPREAD), OwnPrior::Held],
         ..Self::ROLLS
     };
 
@@ -178,14 +176,11 @@ impl ShotSpin {
                 OwnPrior::Held
             }
         };
-        let [topspin, side, swerve] = axes(velocity).map(prior);
         Self {
             rolls: slip < ROLL_SD * speed,
             mean: None,
             measured: Some(*spin),
-            topspin,
-            side,
-            swerve,
+            priors: axes(velocity).map(prior),
             states: if is_open { States::Measured } else { States::One },
             ..Self::ROLLS
         }
@@ -265,12 +260,6 @@ impl ShotSpin {
         self.has_corner() && own[own::TOPSPIN].abs() < EXACT
     }
 
-    /// Returns what is known of topspin, side spin and spin about the direction of travel, each
-    /// with its place.
-    pub fn priors(&self) -> [(usize, OwnPrior); 3] {
-        [(own::TOPSPIN, self.topspin), (own::SIDE, self.side), (own::SWERVE, self.swerve)]
-    }
-
     /// Adds what is known to a shot's sums, and marks own unknowns that are held: for good, or at a
     /// bound that they press against.
     pub(super) fn constrain(
@@ -280,7 +269,7 @@ impl ShotSpin {
         spreads: &[Spread; SPREADS],
         sums: &mut Contribution,
     ) {
-        for ((place, prior), through) in self.priors().into_iter().zip(&self.through) {
+        for ((place, prior), through) in (own::TOPSPIN..).zip(self.priors).zip(&self.through) {
             let mut by = DVector::zeros(sums.products.ncols() - 1);
             let mut value = values[place];
             by[place] = 1.0;
