@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::discs::block::DiscBlock;
-use super::film::block::FilmBlock;
+use super::film::filmed::{FilmBlock, ShotAt};
 use super::film::impact::Contact;
 use super::rows::block::RowsBlock;
 use super::sums::{Contribution, Noise, Spread};
@@ -22,7 +22,7 @@ impl Block {
     /// Returns the sums of shot `i`, what is known of its own unknowns included.
     pub(crate) fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
         match self {
-            Self::Film(film) => film.contribute(&film.shots[i], own, shared),
+            Self::Film(film) => ShotAt { film, shot: &film.shots[i], own, shared }.contribute(),
             Self::Discs(discs) => discs.contribute(i, own, shared),
             Self::Rows(rows) => rows.contribute(i, own, shared),
         }

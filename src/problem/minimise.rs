@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::block::Block;
 use super::evaluation::Evaluation;
-use super::film::block::FilmBlock;
+use super::film::filmed::FilmBlock;
 use super::noise::{self, minus_two_log};
 use super::policy::{COMPARED_STEPS, ROUGH, STALL};
 use super::problem::{Problem, State};

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicUsize;
 
 use super::block::Block;
 use super::discs::block::DiscBlock;
-use super::film::block::FilmBlock;
+use super::film::filmed::FilmBlock;
 use super::film::impact::Contact;
 use super::rows::block::RowsBlock;
 use super::unknowns::{Id, Mode, Own, SHARED, Shared, Unknown};

@@ -5,7 +5,6 @@ use nalgebra::{DMatrix, DVector};
 use super::loss::ShotLoss;
 use super::unknowns::{Id, Normal};
 use crate::numerics::EXACT;
-use crate::numerics::dense::{Place, descend};
 
 /// Errors of measured numbers: each keeps the part `rho` of the error of the number before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -190,29 +189,6 @@ pub(crate) struct Contribution {
     /// its sample, and the residual as the last column (upper triangle).
     pub(crate) products: DMatrix<f64>,
     pub(crate) sums: ShotSums,
-}
-
-/// Steps of a descent in the own unknowns of a shot, and decrease of χ² after which it ends: 1e-3
-/// standard deviations.
-pub(crate) const SHOT_STOP: (usize, f64) = (30, 1e-6);
-
-/// Minimises χ² of a shot from `x`, its own unknowns and the shared `ids` at given others; returns
-/// the minimum and the sums there: after some steps, or one that gains less than a decrease of χ².
-/// `bounded` returns a place within the bounds of the own unknowns.
-pub(crate) fn settle(
-    x: DVector<f64>,
-    ids: &[Id],
-    stop: (usize, f64),
-    contribute: impl Fn(&DVector<f64>) -> Contribution,
-    bounded: impl Fn(DVector<f64>) -> DVector<f64>,
-) -> (DVector<f64>, Contribution) {
-    let Place { x, rest, .. } = descend(x, stop, |x| {
-        let x = bounded(x);
-        let sums = contribute(&x);
-        let (matrix, gradient) = sums.system(ids);
-        Place { x, sum: sums.sums.cost, matrix, gradient, rest: sums }
-    });
-    (x, rest)
 }
 
 impl Contribution {

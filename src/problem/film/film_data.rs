@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::block::{FilmBlock, FilmedShot};
 use super::camera::{Camera, Point};
+use super::filmed::{FilmBlock, FilmedShot};
 use super::impact::Contact;
 use super::marker_rotation::MarkerTrack;
 use super::own::{self, SCATTERED};

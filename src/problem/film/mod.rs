@@ -5,6 +5,7 @@ pub(crate) mod camera;
 pub(crate) mod causes;
 pub(crate) mod dual;
 pub(crate) mod film_data;
+pub(crate) mod filmed;
 pub(crate) mod impact;
 pub(crate) mod marker_rotation;
 pub(crate) mod motion;

@@ -3,9 +3,10 @@
 use nalgebra::Vector3;
 use num_dual::DualNum;
 
-use super::camera::Point;
+use super::camera::{Camera, Point};
 use super::dual::{Dual, DualVector, INPUTS, SMOOTH_SPEED, constant, gradient, norm};
-use super::impact::{Contact, Correction, Side};
+use super::filmed::ShotAt;
+use super::impact::Side;
 use super::own::{self, MOVING};
 use super::spins::ShotSpin;
 use crate::physics::ball::Ball;
@@ -81,28 +82,27 @@ pub(super) struct Struck {
     cos: Dual,
 }
 
-impl Struck {
-    /// Returns the impact of a shot, its instant counted from the present guess.
+impl ShotAt<'_> {
+    /// Returns the impact of the shot, its instant counted from the present guess.
     ///
     /// # Errors
     /// Why its unknowns describe no collision.
-    pub fn new(
-        values: &Own,
-        shared: &Shared,
-        spin: &ShotSpin,
-        (contact, correction): (&Contact, Option<&Correction>),
-    ) -> Result<Self, NotACollision> {
-        let inputs = own_inputs(values);
-        let before = cue_before(spin, shared, &inputs, &contact.object());
-        let offsets = std::array::from_fn(|i| values[own::SCATTER + i]);
-        let (mut after, sticks) = contact.collide(&before, shared, &offsets, correction)?;
+    pub(super) fn struck(&self) -> Result<Struck, NotACollision> {
+        let Self { film, shot, own, shared } = *self;
+        let inputs = own_inputs(own);
+        let before = cue_before(&shot.spin, shared, &inputs, &film.contact.object());
+        let offsets = std::array::from_fn(|i| own[own::SCATTER + i]);
+        let (mut after, sticks) =
+            film.contact.collide(&before, shared, &offsets, shot.correction.as_deref())?;
         for (side, offset) in after.iter_mut().zip(Id::OFFSETS.chunks_exact(2)) {
             side.velocity += DualVector::new(shared.dual(offset[0]), shared.dual(offset[1]));
         }
         let (sin, cos) = inputs[own::DIRECTION].sin_cos();
-        Ok(Self { inputs, before, after, sticks, sin, cos })
+        Ok(Struck { inputs, before, after, sticks, sin, cos })
     }
+}
 
+impl Struck {
     /// Returns a vector of the collision frame in the frame of the table.
     pub fn turn(&self, v: &DualVector) -> DualVector {
         DualVector::new(v.x * self.cos - v.y * self.sin, v.x * self.sin + v.y * self.cos)
@@ -120,15 +120,19 @@ impl Struck {
     }
 
     /// Returns the paths of the cue ball, which rolls before the impact or slides, and of the
-    /// object ball, each with its first piece before the impact and until a time.
-    pub fn paths(&self, shared: &Shared, rolls: bool, object: &Ball, until: f64) -> [Vec<Piece>; 2] {
+    /// object ball, each with its first piece before the impact and until its last reading.
+    pub fn paths(&self, at: &ShotAt) -> [Vec<Piece>; 2] {
+        let (shared, object, camera) = (at.shared, at.film.contact.object(), Camera::new(at.shared));
+        let frames = at.shot.tracks.iter().flatten();
+        let last = frames.map(|frame| frame.time + camera.delay(frame.seen)).reduce(f64::max);
+        let until = last.map_or(f64::INFINITY, |last| last - at.own[own::TIME]);
         let forces = forces(shared, object.inertia);
         let object_place = DualVector::new(self.inputs[own::X], self.inputs[own::Y]);
         // the distance of the centres of touching balls on the table is 2√(R_c R_o)
         let distance = shared.dual(Id::RadiusRatio).sqrt() * (2.0 * object.radius);
         let cue_place = object_place - DualVector::new(self.cos, self.sin) * distance;
         let before = self.moment(&cue_place, &self.before);
-        let cue_before = if rolls { forces.roll(before) } else { forces.slide(before) };
+        let cue_before = if at.shot.spin.rolls { forces.roll(before) } else { forces.slide(before) };
         let cue = self.moment(&cue_place, &self.after[0]);
         let object = self.moment(&object_place, &self.after[1]);
         let object_before = Stretch::free(Moment { velocity: Vector3::zeros(), ..object });

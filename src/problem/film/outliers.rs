@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::block::{FilmBlock, FilmedShot};
 use super::camera::Point;
+use super::filmed::{FilmBlock, FilmedShot, ShotAt};
 use super::own;
 use super::shots::FittedFrame;
 use crate::measurement::track::TrackedBall;
@@ -52,7 +52,7 @@ const MAX_BEFORE: f64 = 0.4;
 /// path; returns the number of frames left out.
 pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Shared, policy: &Policy) -> usize {
     let judge = |(shot, own): (&FilmedShot, &Own)| {
-        let sights = film.sights(shot, own, shared).unwrap_or_default();
+        let sights = ShotAt { film, shot, own, shared }.sights().unwrap_or_default();
         sights.map(|sights| outlying(&sights, own[own::TIME], policy))
     };
     let all: Vec<[Vec<usize>; 2]> = film.shots.par_iter().zip(own).map(judge).collect();
@@ -106,7 +106,8 @@ pub(crate) fn spoiled(film: &FilmBlock, own: &[Own], shared: &Shared) -> Option<
     let mut near = [[[0.0; 2]; MOST_NEAR]; 2];
     let mut all = [0.0; 2];
     for (shot, own) in film.shots.iter().zip(own).take(MAX_SHOTS) {
-        for frame in film.fitted_frames(shot, own, shared).iter().filter(|frame| frame.used) {
+        let frames = ShotAt { film, shot, own, shared }.fitted_frames();
+        for frame in frames.iter().filter(|frame| frame.used) {
             let away = (frame.time - own[own::TIME]) * shot.fps;
             let square = Point::from(frame.standardized()).norm_squared();
             let near = near[usize::from(away > 0.0)].get_mut(away.abs().round() as usize);
@@ -152,7 +153,8 @@ pub(crate) fn leave_out_spoiled(film: &mut FilmBlock, own: &[Own], reach: [usize
 /// last frame before the impact and the first ones after it.
 pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> bool {
     let shots = film.shots.iter().zip(own).take(MAX_SHOTS);
-    let all: Vec<_> = shots.filter_map(|(shot, own)| residuals_along(film, shot, own, shared)).collect();
+    let all: Vec<_> =
+        shots.filter_map(|(shot, own)| residuals_along(&ShotAt { film, shot, own, shared })).collect();
     let count = all.len() as f64;
     let mean = |ball: usize, frame: usize| all.iter().map(|shot| shot[ball][frame]).sum::<f64>() / count;
     let late = |ball: usize, frame: usize| {
@@ -167,21 +169,15 @@ pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> bool {
 
 /// Returns u·r of each ball in the last frame before the impact and the first ones after it, also
 /// in frames that were left out; `None` for too few.
-fn residuals_along(
-    film: &FilmBlock,
-    shot: &FilmedShot,
-    own: &Own,
-    shared: &Shared,
-) -> Option<[[f64; AFTER + 1]; 2]> {
-    let struck = film.struck(shot, own, shared).ok()?;
-    let frames = film.fitted_frames(shot, own, shared);
+fn residuals_along(at: &ShotAt) -> Option<[[f64; AFTER + 1]; 2]> {
+    let (struck, frames) = (at.struck().ok()?, at.fitted_frames());
     let [cue, object] = struck.after.each_ref().map(|ball| ball.velocity);
     let mut all = [[0.0; AFTER + 1]; 2];
     let balls = [(TrackedBall::Cue, cue - struck.before.velocity), (TrackedBall::Object, object)];
     for ((ball, change), all) in balls.into_iter().zip(&mut all) {
         let change = struck.turn(&change).map(|v| v.re).normalize();
         let frames: Vec<&FittedFrame> = frames.iter().filter(|frame| frame.ball == ball).collect();
-        let last = frames.partition_point(|frame| frame.time < own[own::TIME]).checked_sub(1)?;
+        let last = frames.partition_point(|frame| frame.time < at.own[own::TIME]).checked_sub(1)?;
         for (residual, frame) in all.iter_mut().zip(frames.get(last..=last + AFTER)?) {
             *residual = change.dot(&Point::from(frame.standardized()));
         }

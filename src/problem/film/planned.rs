@@ -5,8 +5,8 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::block::{FilmBlock, FilmedShot, SideSpin};
 use super::camera::Point;
+use super::filmed::{FilmBlock, FilmedShot, ShotAt, SideSpin};
 use super::impact::Contact;
 use super::own::{self, SCATTERED};
 use super::priors::list_unknowns;
@@ -85,7 +85,7 @@ pub(crate) fn information(
     let made: Vec<(FilmedShot, Own)> = made.collect::<Result<_, _>>()?;
     // the variances of own unknowns if all others are known
     let variances = |(shot, own): &(FilmedShot, Own)| {
-        let (products, _) = film.contribute(shot, own, shared).own_system();
+        let (products, _) = ShotAt { film: &film, shot, own, shared }.contribute().own_system();
         Some(products.cholesky()?.inverse().diagonal())
     };
     let variances: Vec<Option<Own>> = made.par_iter().map(variances).collect();
@@ -97,7 +97,8 @@ pub(crate) fn information(
     }
     let informs = |((shot, own), variances): (&(FilmedShot, Own), &Option<Own>)| {
         variances.as_ref()?;
-        film.contribute(shot, own, shared).reduced(&Id::ALL).map(|(information, _)| information)
+        let sums = ShotAt { film: &film, shot, own, shared }.contribute();
+        sums.reduced(&Id::ALL).map(|(information, _)| information)
     };
     Ok(made.par_iter().zip(&variances).map(informs).collect())
 }
@@ -133,8 +134,8 @@ impl PlannedShot {
             spin,
             correction: None,
         };
-        let struck = film.struck(&shot, &own, shared)?;
-        let seen = film.paths(&shot, &own, shared);
+        let at = ShotAt { film, shot: &shot, own: &own, shared };
+        let (struck, seen) = (at.struck()?, at.paths());
         let frame = |ball: usize, n: usize| {
             let time = n as f64 / filming.fps;
             let seen = seen.as_ref()?.place(ball, time).into();

@@ -3,9 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::block::{FilmBlock, FilmedShot};
+use super::block::Settled;
 use super::camera::Camera;
 use super::dual::{Dual, DualVector, gradient};
+use super::filmed::ShotAt;
 use super::motion::{Struck, locate};
 use super::own::{self, OWN, input_of};
 use crate::measurement::dataset::{Before, Measured, Measurement, Shot};
@@ -17,8 +18,8 @@ use crate::physics::ball::Vec3;
 use crate::problem::evaluation::Reduced;
 use crate::problem::frames::{Frame, PicturePaths};
 use crate::problem::solution::Solution;
-use crate::problem::sums::{Contribution, SHOT_STOP};
-use crate::problem::unknowns::{Id, Own, Shared};
+use crate::problem::sums::Contribution;
+use crate::problem::unknowns::{Id, Shared};
 
 /// Velocities of the cue ball and of the object ball after an impact.
 pub(in crate::problem) const VELOCITIES: [Observable; 4] = [
@@ -33,6 +34,10 @@ const BEFORE: usize = 6;
 
 /// Unknowns of the cloth, with whose errors all shots are extracted.
 const CLOTH: [Id; 2] = [Id::MuK, Id::MuR];
+
+/// Steps of a descent in the own unknowns of a shot, and decrease of χ² after which it ends: 1e-3
+/// standard deviations.
+const SHOT_STOP: (usize, f64) = (30, 1e-6);
 
 /// The impact of a shot with a free outcome, and how well its frames show it.
 #[derive(Clone, Debug)]
@@ -89,20 +94,21 @@ impl FittedFrame {
     }
 }
 
-impl FilmBlock {
-    /// Returns the paths of the balls of a shot through the picture; `None` if they do not collide.
-    pub(super) fn paths(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> Option<PicturePaths> {
-        let [cue, object] = &self.pieces(shot, own, shared)?;
-        Some(PicturePaths::new([cue, object], locate, own[own::TIME], Camera::new(shared)))
+impl ShotAt<'_> {
+    /// Returns the paths of the balls through the picture; `None` if they do not collide.
+    pub(super) fn paths(&self) -> Option<PicturePaths> {
+        let [cue, object] = &self.struck().ok()?.paths(self);
+        let camera = Camera::new(self.shared);
+        Some(PicturePaths::new([cue, object], locate, self.own[own::TIME], camera))
     }
 
-    /// Returns the frames of a shot against its paths.
-    pub(super) fn fitted_frames(&self, shot: &FilmedShot, own: &Own, shared: &Shared) -> Vec<FittedFrame> {
-        let Some(paths) = self.paths(shot, own, shared) else { return Vec::new() };
+    /// Returns the frames of the shot against its paths.
+    pub(super) fn fitted_frames(&self) -> Vec<FittedFrame> {
+        let Some(paths) = &self.paths() else { return Vec::new() };
         let balls = [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate();
         let frames_of_ball = |(which, ball): (usize, TrackedBall)| {
-            let (noise, paths) = (self.noise[which].sd, &paths);
-            shot.tracks[which].iter().map(move |frame| FittedFrame {
+            let noise = self.film.noise[which].sd;
+            self.shot.tracks[which].iter().map(move |frame| FittedFrame {
                 ball,
                 time: frame.time,
                 seen: frame.seen.into(),
@@ -139,31 +145,20 @@ pub(crate) struct OwnEstimate {
     pub(crate) sd: f64,
 }
 
-/// A shot of a fitted film.
-struct Fitted<'a> {
-    film: &'a FilmBlock,
-    shot: &'a FilmedShot,
-    own: &'a Own,
-    shared: Shared,
-}
-
-impl Fitted<'_> {
-    fn struck(&self) -> Option<Struck> {
-        self.film.struck(self.shot, self.own, &self.shared).ok()
-    }
-}
-
 impl Solution {
-    fn film_shot(&self, i: usize) -> Option<Fitted<'_>> {
+    /// Returns the shared unknowns of the first sample.
+    fn first_shared(&self) -> Shared {
+        self.problem.samples[0].gather(&self.state().shared)
+    }
+
+    fn film_shot<'a>(&'a self, i: usize, shared: &'a Shared) -> Option<ShotAt<'a>> {
         let film = self.problem.film()?;
-        let shared = self.problem.samples.first()?.gather(&self.state().shared);
-        Some(Fitted { film, shot: film.shots.get(i)?, own: self.state().own.first()?.get(i)?, shared })
+        Some(ShotAt { film, shot: film.shots.get(i)?, own: self.state().own[0].get(i)?, shared })
     }
 
     /// Returns the frames of shot `i` of a film against the fit.
     pub(crate) fn fitted_frames(&self, i: usize) -> Vec<FittedFrame> {
-        let fitted_frames = |Fitted { film, shot, own, shared }| film.fitted_frames(shot, own, &shared);
-        self.film_shot(i).map(fitted_frames).unwrap_or_default()
+        self.film_shot(i, &self.first_shared()).map_or_else(Vec::new, |at| at.fitted_frames())
     }
 
     /// Returns the radius of the object ball of a film, m.
@@ -173,9 +168,10 @@ impl Solution {
 
     /// Returns how shot `i` of a film goes by the fit.
     pub fn motion(&self, i: usize) -> Option<Motion> {
-        let fitted = self.film_shot(i)?;
-        let [cue, object] = fitted.struck()?.after.map(|ball| ball.velocity.map(|v| v.re));
-        let Fitted { shot, own, .. } = fitted;
+        let shared = self.first_shared();
+        let at = self.film_shot(i, &shared)?;
+        let [cue, object] = at.struck().ok()?.after.map(|ball| ball.velocity.map(|v| v.re));
+        let ShotAt { shot, own, .. } = at;
         let [along, across] = [own[own::ALONG], own[own::ACROSS]];
         Some(Motion {
             cut: across.atan2(along),
@@ -196,9 +192,9 @@ impl Solution {
     }
 
     fn own_estimates_of(&self, i: usize, [x, y]: [f64; 2], reduced: &Reduced) -> Option<Vec<OwnEstimate>> {
-        let fitted = self.film_shot(i)?;
-        let struck = fitted.struck()?;
-        let Fitted { shot, own, .. } = fitted;
+        let shared = self.first_shared();
+        let at = self.film_shot(i, &shared)?;
+        let (struck, ShotAt { shot, own, .. }) = (at.struck().ok()?, at);
         let inputs = &struck.inputs;
         let velocity = struck.turn(&struck.before.velocity);
         let mut all = vec![
@@ -227,9 +223,11 @@ impl Solution {
     /// the camera and the cloth as the fit has them; `track` is what it was read from. `None` if
     /// its frames do not show it.
     pub fn impact(&self, i: usize, track: &TrackShot) -> Option<Impact> {
-        let Fitted { film, shot, own, mut shared } = self.film_shot(i)?;
-        let (own, sums) = film.settle(shot, own.clone(), (&mut shared, &Id::OFFSETS), SHOT_STOP);
-        let struck = film.struck(shot, &own, &shared).ok()?;
+        let shared = self.first_shared();
+        let at = self.film_shot(i, &shared)?;
+        let Settled { own, shared, sums } = at.settle(&Id::OFFSETS, SHOT_STOP);
+        let at = ShotAt { own: &own, shared: &shared, ..at };
+        let (struck, ShotAt { film, shot, .. }) = (at.struck().ok()?, at);
         let quantities = table_quantities(&struck, self.radius());
         let [of_shot, of_cloth] = self.variances(&quantities, &sums)?;
         // the spin may follow from the velocity, without an error of its own
@@ -278,7 +276,7 @@ impl Solution {
             reduced_chi2: weighted / (count - (sums.sums.count_free() + Id::OFFSETS.len()) as f64).max(1.0),
             outliers: shot.tracks.iter().flatten().filter(|frame| frame.is_left_out()).count(),
             seen: used.map(|used| used.iter().map(|frame| (frame.time, frame.seen.into())).collect()),
-            paths: film.paths(shot, &own, &shared)?,
+            paths: at.paths()?,
         })
     }
 

@@ -14,7 +14,7 @@ use super::own::{self, OWN};
 use crate::measurement::spin::Spin;
 use crate::numerics::{EXACT, SIGNIFICANT};
 use crate::physics::ball::Vec3;
-use crate::problem::sums::{Contribution, OwnPrior, Scattered, Spread};
+use crate::problem::sums::{OwnPrior, Spread};
 use crate::problem::unknowns::{CAMERA, Id, Normal, Own, PHYSICS, Shared};
 
 /// Bounds of the topspin of a ball that slides, over natural roll. Its surface is never faster than
@@ -99,7 +99,7 @@ pub(crate) struct ShotSpin {
     /// their places.
     pub(super) priors: [OwnPrior; 3],
     /// How these depend on the camera if they are measured.
-    through: [Through; 3],
+    pub(super) through: [Through; 3],
     /// Bounds of the topspin, over natural roll.
     pub(crate) bounds: [f64; 2],
     /// States that the shot may be in.
@@ -258,38 +258,5 @@ impl ShotSpin {
     /// Returns whether the values are at that corner.
     pub(super) fn is_at_corner(&self, own: &Own) -> bool {
         self.has_corner() && own[own::TOPSPIN].abs() < EXACT
-    }
-
-    /// Adds what is known to a shot's sums, and marks own unknowns that are held: for good, or at a
-    /// bound that they press against.
-    pub(super) fn constrain(
-        &self,
-        values: &Own,
-        shared: &Shared,
-        spreads: &[Spread; SPREADS],
-        sums: &mut Contribution,
-    ) {
-        for ((place, prior), through) in (own::TOPSPIN..).zip(self.priors).zip(&self.through) {
-            let mut by = DVector::zeros(sums.products.ncols() - 1);
-            let mut value = values[place];
-            by[place] = 1.0;
-            match (prior, self.mean) {
-                (OwnPrior::Spread(spread), Some(mean)) if place == own::TOPSPIN => {
-                    by[OWN + mean as usize] = -1.0;
-                    let number = Scattered::new((spread, place), value - shared[mean], &by);
-                    sums.add_scattered(number, spreads);
-                }
-                (OwnPrior::Stated(normal), _) => {
-                    value -= through.shift(shared, &mut by);
-                    sums.add_stated((place, normal), value, &by);
-                }
-                (prior, _) => sums.add_prior((place, prior), value, spreads),
-            }
-        }
-        let (place, value) = (own::TOPSPIN, values[own::TOPSPIN]);
-        let slope = sums.slope(place);
-        let is_at = |bound: f64| (value - bound).abs() < EXACT;
-        let presses = is_at(self.bounds[0]) && slope > 0.0 || is_at(self.bounds[1]) && slope < 0.0;
-        sums.sums.held[place] |= presses;
     }
 }

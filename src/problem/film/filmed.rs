@@ -1,0 +1,68 @@
+//! Films of balls as data.
+
+use std::sync::Arc;
+
+use super::impact::{Contact, Correction};
+use super::marker_rotation::MarkerTrack;
+use super::own::SCATTERED;
+use super::spins::{SPREADS, ShotSpin, Through};
+use crate::problem::frames::Frame;
+use crate::problem::loss::ShotLoss;
+use crate::problem::sums::{Noise, Spread};
+use crate::problem::unknowns::{Own, Shared};
+
+/// A shot as it was filmed.
+#[derive(Clone, Debug)]
+pub(crate) struct FilmedShot {
+    /// The frames of the cue ball and of the object ball.
+    pub(crate) tracks: Arc<[Vec<Frame>; 2]>,
+    /// Points on the balls.
+    pub(crate) markers: Arc<Vec<MarkerTrack>>,
+    /// Frames per second.
+    pub(crate) fps: f64,
+    /// Side spins of the balls just after the impact that markers show.
+    pub(crate) side_spins: Vec<SideSpin>,
+    pub(crate) spin: ShotSpin,
+    /// The correction of the outcome by a finer model of the impact; `None`: there is none.
+    pub(crate) correction: Option<Arc<Correction>>,
+}
+
+/// The side spin of a ball just after the impact. Spins about horizontal axes change unevenly: the
+/// cloth does not touch a ball that hops.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SideSpin {
+    /// 0 for the cue ball, 1 for the object ball.
+    pub(crate) ball: usize,
+    /// rad/s.
+    pub(crate) spin: f64,
+    /// Its standard error, rad/s.
+    pub(crate) sd: f64,
+    /// The camera that shows it.
+    pub(crate) through: Through,
+}
+
+/// Frames of balls.
+#[derive(Clone)]
+pub(crate) struct FilmBlock {
+    pub(crate) shots: Arc<Vec<FilmedShot>>,
+    /// Spreads from shot to shot: of topspin, side spin, and what else scatters.
+    pub(crate) spreads: [Spread; SPREADS],
+    pub(crate) contact: Contact,
+    /// The noise of each ball.
+    pub(crate) noise: [Noise; 2],
+    /// Whether the noise of every frame is stated.
+    pub(crate) states_noise: bool,
+    /// Which of [`SCATTERED`] differ from shot to shot.
+    pub(crate) scatters: [bool; SCATTERED.len()],
+    /// How outlying shots count; `None`: by least squares.
+    pub(crate) loss: Option<ShotLoss>,
+}
+
+/// A shot at values of its own unknowns and of the shared ones.
+#[derive(Clone, Copy)]
+pub(crate) struct ShotAt<'a> {
+    pub(crate) film: &'a FilmBlock,
+    pub(crate) shot: &'a FilmedShot,
+    pub(crate) own: &'a Own,
+    pub(crate) shared: &'a Shared,
+}
