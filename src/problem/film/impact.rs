@@ -13,16 +13,13 @@ use crate::physics::friction_law::Law;
 use crate::problem::film::spins::OFF_CORNER;
 use crate::problem::unknowns::{Id, Mode, Shared, Unknown};
 
-/// The collision model of a film.
+/// The collision model of a film or a table, with the effects that its unknowns have.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contact {
     /// The model in closed form unless the contact is compliant.
     model: Model,
     /// The model whose difference from it each shot adds, if there is one.
     fine: Option<Model>,
-    object: Ball,
-    falls: bool,
-    e_falls: bool,
 }
 
 /// Difference of a finer model's outcome, in the order of [`Outcome::components`], to first order
@@ -61,6 +58,15 @@ impl Side {
             spin: Vec3::new(x, y, z),
         }
     }
+}
+
+/// Both balls after an impact: the cue ball and the object ball.
+pub(crate) struct Parting {
+    pub(crate) balls: [Side; 2],
+    /// Their radii, m.
+    pub(crate) radii: [Dual; 2],
+    /// Whether their contact sticks.
+    pub(crate) sticks: bool,
 }
 
 impl Input {
@@ -103,22 +109,22 @@ impl Contact {
     pub fn new(model: &Model, unknowns: &[Unknown]) -> Self {
         let is_integrated = model.is_compliant() && model.fidelity != Fidelity::Contact;
         let base = if is_integrated { *model } else { model.closed().unwrap_or(*model) };
-        let fine = (base != *model).then_some(*model);
-        let object = model.object_ball();
-        Self { model: base, fine, object, falls: false, e_falls: false }.with(unknowns)
+        Self { model: base, fine: (base != *model).then_some(*model) }.with(unknowns)
     }
 
     /// Returns the same model with the effects that the unknowns have.
     pub fn with(&self, unknowns: &[Unknown]) -> Self {
-        let takes_part = |id: Id| {
-            let unknown = &unknowns[id as usize];
-            unknown.mode != Mode::Fixed || unknown.start != 0.0
+        let start = |id: Id| unknowns[id as usize].start;
+        let takes_part = |id: Id| unknowns[id as usize].mode != Mode::Fixed || start(id) != 0.0;
+        let law = if takes_part(Id::FallB) {
+            Law::Exponential { b: start(Id::FallB), c: start(Id::FallC) }
+        } else {
+            Law::Constant
         };
-        let mut contact = Self { falls: takes_part(Id::FallB), e_falls: takes_part(Id::ESlope), ..*self };
-        if takes_part(Id::Kappa) {
-            contact.model = self.model.giving_way(unknowns[Id::Kappa as usize].start);
-        }
-        contact
+        let e_slope = takes_part(Id::ESlope).then(|| start(Id::ESlope));
+        let model = Model { law, e_slope, ..self.model };
+        let model = if takes_part(Id::Kappa) { model.giving_way(start(Id::Kappa)) } else { model };
+        Self { model, ..*self }
     }
 
     /// Returns the same model whose shots add the difference of the contact with gravity and the
@@ -145,21 +151,23 @@ impl Contact {
 
     /// Returns the object ball.
     pub fn object(&self) -> Ball {
-        self.object
+        self.model.object_ball()
     }
 
     /// Returns a model with these values of the shared unknowns.
     fn at(&self, mut model: Model, shared: &Shared) -> Model {
-        model.object = Some(self.object);
-        let radius = self.object.radius * shared[Id::RadiusRatio];
-        model.ball = Ball { radius, mass: self.object.mass * shared[Id::MassRatio], ..self.object };
-        if self.falls {
+        let object = self.object();
+        model.object = Some(object);
+        let radius = object.radius * shared[Id::RadiusRatio];
+        model.ball = Ball { radius, mass: object.mass * shared[Id::MassRatio], ..object };
+        model.law = self.model.law;
+        if model.law != Law::Constant {
             let b = shared[Id::FallB];
             // the law at b = 0 has no derivative by b
             let b = if b.abs() < OFF_CORNER { OFF_CORNER } else { b };
             model.law = Law::Exponential { b, c: shared[Id::FallC] };
         }
-        model.e_slope = self.e_falls.then(|| shared[Id::ESlope]);
+        model.e_slope = self.model.e_slope.map(|_| shared[Id::ESlope]);
         if self.is_compliant() {
             model.kappa = shared[Id::Kappa].max(MIN_FITTED_KAPPA);
         }
@@ -183,30 +191,31 @@ impl Contact {
 
     /// Returns the radii of both balls, m; derivatives by their ratio are those at a constant
     /// radius of the cue ball.
-    pub(in crate::problem) fn radii(&self, shared: &Shared) -> [Dual; 2] {
-        let radius = self.object.radius * shared[Id::RadiusRatio];
+    fn radii(&self, shared: &Shared) -> [Dual; 2] {
+        let radius = self.object().radius * shared[Id::RadiusRatio];
         [constant(radius), shared.dual(Id::RadiusRatio).recip() * radius]
     }
 
-    /// Returns the balls after the impact, and whether the contact stuck; what scatters from shot to
-    /// shot differs by `offsets` from what the shots share.
+    /// Returns the balls after the impact; what scatters from shot to shot differs by `offsets` from
+    /// what the shots share.
     pub fn collide(
         &self,
         cue: &Side,
         shared: &Shared,
         offsets: &[f64; SCATTERED.len()],
         correction: Option<&Correction>,
-    ) -> Result<([Side; 2], bool), NotACollision> {
+    ) -> Result<Parting, NotACollision> {
         let mut of_shot = shared.clone();
         for (id, offset) in SCATTERED.into_iter().zip(offsets) {
             let most = if id == Id::E { 1.0 } else { f64::INFINITY };
             of_shot[id] = (shared[id] + offset).clamp(0.0, most);
         }
-        let [cue_radius, object_radius] = self.radii(shared);
-        let inputs = inputs(cue, &of_shot, cue_radius.re);
+        let radii = self.radii(shared);
+        let radius = radii[0].re;
+        let inputs = inputs(cue, &of_shot, radius);
         let model = self.at(self.model, &of_shot);
         let (outcome, mut jacobian) =
-            model.collide_with_jacobian(&cue.state(cue_radius.re), &coefficients(&of_shot))?;
+            model.collide_with_jacobian(&cue.state(radius), &coefficients(&of_shot))?;
         let mut values = outcome.components();
         if let Some(correction) = correction {
             let moved = InputValues::from(inputs.each_ref().map(|input| input.re)) - correction.about;
@@ -215,12 +224,12 @@ impl Contact {
         }
         let by = SMatrix::from_columns(&inputs.each_ref().map(gradient)) * jacobian.transpose();
         let component = |row: usize| with_gradient(values[row], &by.column(row).into_owned());
-        let side = |first: usize, radius: Dual| Side {
-            velocity: DualVector::new(component(first), component(first + 1)),
-            rise: component(first + 2),
-            spin: [3, 4, 5].map(|i| component(first + i) * radius),
-            inertia: self.object.inertia,
+        let side = |ball: usize| Side {
+            velocity: DualVector::new(component(6 * ball), component(6 * ball + 1)),
+            rise: component(6 * ball + 2),
+            spin: [3, 4, 5].map(|i| component(6 * ball + i) * radii[ball]),
+            inertia: self.object().inertia,
         };
-        Ok(([side(0, cue_radius), side(6, object_radius)], outcome.regime == Regime::Stick))
+        Ok(Parting { balls: [0, 1].map(side), radii, sticks: outcome.regime == Regime::Stick })
     }
 }

@@ -6,7 +6,7 @@ use num_dual::DualNum;
 use super::camera::{Camera, Point};
 use super::dual::{Dual, DualVector, INPUTS, SMOOTH_SPEED, constant, gradient, norm};
 use super::filmed::ShotAt;
-use super::impact::Side;
+use super::impact::{Parting, Side};
 use super::own::{self, MOVING};
 use super::spins::ShotSpin;
 use crate::physics::ball::Ball;
@@ -92,7 +92,7 @@ impl ShotAt<'_> {
         let inputs = own_inputs(own);
         let before = cue_before(&shot.spin, shared, &inputs, &film.contact.object());
         let offsets = std::array::from_fn(|i| own[own::SCATTER + i]);
-        let (mut after, sticks) =
+        let Parting { balls: mut after, sticks, .. } =
             film.contact.collide(&before, shared, &offsets, shot.correction.as_deref())?;
         for (side, offset) in after.iter_mut().zip(Id::OFFSETS.chunks_exact(2)) {
             side.velocity += DualVector::new(shared.dual(offset[0]), shared.dual(offset[1]));

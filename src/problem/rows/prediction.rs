@@ -11,7 +11,7 @@ use crate::physics::ball::BallState;
 use crate::physics::collision::{Coefficients, Model, NotACollision};
 use crate::physics::friction_law::Law;
 use crate::problem::film::dual::{Dual, DualVector, constant, gradient, norm, with_gradient};
-use crate::problem::film::impact::{Contact, Side};
+use crate::problem::film::impact::{Contact, Parting, Side};
 use crate::problem::film::own::{MOVING, SCATTERED};
 use crate::problem::unknowns::{Own, Shared};
 
@@ -27,15 +27,6 @@ pub(super) struct Approach {
     /// Cut angle, rad, and speed, m/s.
     pub(crate) cut: Dual,
     pub(crate) speed: Dual,
-}
-
-/// Both balls after an impact: the cue ball and the object ball.
-struct Parting {
-    balls: [Side; 2],
-    /// Their radii, m.
-    radii: [Dual; 2],
-    /// Whether their contact sticks.
-    sticks: bool,
 }
 
 impl Approach {
@@ -177,11 +168,9 @@ impl RowShot {
         shared: &Shared,
         contact: &Contact,
     ) -> Result<Residuals, NotACollision> {
-        let (approach, after) = self.strike(own, |cue| {
-            let (balls, sticks) =
-                contact.collide(cue, shared, &[0.0; SCATTERED.len()], self.offset.as_deref())?;
-            Ok(Parting { balls, radii: contact.radii(shared), sticks })
-        })?;
+        let offsets = [0.0; SCATTERED.len()];
+        let correction = self.offset.as_deref();
+        let (approach, after) = self.strike(own, |cue| contact.collide(cue, shared, &offsets, correction))?;
         let difference = |row: &Row| {
             let Measurement { observable, measured } = row.number;
             let off = approach.observe(observable, &after, self.side) - measured.value;
@@ -222,7 +211,7 @@ pub fn predict(shot: &Shot, model: &Model, coefficients: &Coefficients) -> Resul
                 inertia: made.inertia,
             }
         };
-        Ok(Parting { balls: [side(0), side(1)], radii: radii.map(constant), sticks: false })
+        Ok(Parting { balls: [0, 1].map(side), radii: radii.map(constant), sticks: false })
     })?;
     let value = |row: &Row| approach.observe(row.number.observable, &after, made.side).re;
     Ok(Prediction {
