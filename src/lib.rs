@@ -31,8 +31,6 @@ pub mod compare;
 #[cfg(feature = "io")]
 pub mod design;
 #[cfg(feature = "fit")]
-mod extraction;
-#[cfg(feature = "fit")]
 mod film;
 #[cfg(feature = "fit")]
 pub mod fit;

@@ -9,7 +9,7 @@ use super::evaluation::{Eliminated, Evaluation, Reduced};
 use super::problem::{Problem, Sample};
 use super::sums::{Noise, NoiseSums, Scattered, ShotSums};
 use super::uncertainty::Estimates;
-use crate::extraction::MIN_RHO;
+use crate::film::noise_correlation::MIN_RHO;
 
 /// Step of the correlation between values whose likelihoods are compared. The largest one that is
 /// estimated is half a step below 1.

@@ -8,7 +8,7 @@ use super::block::ShotFrames;
 use super::lines::Stuck;
 use super::motion::{Dual, Motion};
 use super::own::{self, DISTANCE_SD, LEAST_SHOTS};
-use crate::extraction::Unusable;
+use crate::film::unusable::Unusable;
 use crate::measurement::dataset::Measured;
 use crate::measurement::number::with_error;
 use crate::numerics::median;

@@ -2,9 +2,9 @@
 //! discs meet and turn, or stick together, so that the distance of their centres stays.
 
 use super::own::DISTANCE_SD;
-use crate::extraction::{Bodies, Unusable};
 use crate::film::frame_noise::{constant_axis, noise_of};
 use crate::film::rigid_body::{distances, frames};
+use crate::film::unusable::{Bodies, Unusable};
 use crate::measurement::dataset::Measured;
 use crate::measurement::track::{Sample, TrackShot};
 use crate::numerics::{SIGNIFICANT, median, median_error, wrap};

@@ -12,9 +12,9 @@ use super::marker_rotation::MarkerTrack;
 use super::own::{self, SCATTERED};
 use super::priors::{list_camera, list_unknowns};
 use super::spins::{ShotSpin, first_spreads};
-use crate::extraction::{
-    FirstGuess, Unusable, from_paths, leave_out_after_cushion, leave_out_before_cushion, noise_correlation,
-};
+use crate::film::initial_guess::{FirstGuess, from_paths, leave_out_after_cushion, leave_out_before_cushion};
+use crate::film::noise_correlation::noise_correlation;
+use crate::film::unusable::Unusable;
 use crate::film::{drops, frame_noise};
 use crate::measurement::dataset::{Dataset, Measured, Tracks};
 use crate::measurement::loss::Loss;
