@@ -281,11 +281,10 @@ const MIN_TURN_AFTER: f64 = 0.03;
 pub(crate) fn leave_out_before_cushion(shot: &mut TrackShot) -> bool {
     let Some([until, speed]) = approach(shot) else { return false };
     let before = &shot.cue[..shot.cue.partition_point(|sample| sample.t < until - 0.5 / shot.fps)];
-    let corners = corners(before, SIDE_FRAMES, (shot.fps, noise(shot)), (MIN_TURN * speed, 0.0));
-    let Some(corner) = corners.last().map(|last| before[sharpest(&corners, last.at, SIDE_FRAMES)].t) else {
-        return false;
-    };
-    shot.cue.retain(|sample| sample.t > corner);
+    let noise = (shot.fps, noise(shot));
+    let corner = corner(before, SIDE_FRAMES, noise, (MIN_TURN * speed, 0.0), <[Corner]>::last);
+    let Some(until) = corner.map(|corner| before[corner].t) else { return false };
+    shot.cue.retain(|sample| sample.t > until);
     true
 }
 
@@ -301,9 +300,9 @@ pub(crate) fn leave_out_after_cushion(shot: &mut TrackShot, radius: f64) -> bool
     let first = |samples: &[Sample], side: usize| {
         let after = &samples[samples.partition_point(|sample| sample.t < guess.time + LAG_FRAMES / fps)..];
         let least = (MIN_TURN_AFTER * incoming).max(cloth * side as f64 / fps);
-        let corners = corners(after, side, (fps, noise), (least, SIGNIFICANT * noise));
+        let limits = (least, SIGNIFICANT * noise);
         // in the frame before it the ball may touch already
-        Some(after[sharpest(&corners, corners.first()?.at, side) - 1].t)
+        Some(after[corner(after, side, (fps, noise), limits, <[Corner]>::first)? - 1].t)
     };
     let mut ends = 0;
     for samples in [&mut shot.cue, &mut shot.object] {
@@ -321,15 +320,16 @@ struct Corner {
     change: f64,
 }
 
-/// Returns the corners of a path between lines through `side` frames on either side, with a change
-/// of velocity (m/s) of at least `least`; `white` is the largest residual (m) of the lines in
-/// excess of the part that the change explains.
-fn corners(
+/// Returns the index of the first frame after the corner of a path that is picked among all, between
+/// lines through `side` frames on either side, with a change of velocity (m/s) of at least `least`;
+/// `white` is the largest residual (m) of the lines in excess of the part that the change explains.
+fn corner(
     samples: &[Sample],
     side: usize,
     (fps, noise): (f64, f64),
     (least, white): (f64, f64),
-) -> Vec<Corner> {
+    pick: fn(&[Corner]) -> Option<&Corner>,
+) -> Option<usize> {
     // of a least-squares slope, per frame, and of the difference of two
     let n = side as f64;
     let error = MIN_TURN_ERRORS * noise * (24.0 / (n * (n * n - 1.0))).sqrt();
@@ -342,14 +342,11 @@ fn corners(
             change > least && change / fps > error && off < MAX_CORNER_RESIDUAL * change / fps + white;
         is_corner.then_some(Corner { at, change })
     };
-    (side..(samples.len() + 1).saturating_sub(side)).filter_map(turn).collect()
-}
-
-/// Returns the index of the first frame after the corner that is seen at a place and at
-/// neighbouring ones: the largest change is the right one.
-fn sharpest(corners: &[Corner], place: usize, side: usize) -> usize {
+    let corners: Vec<Corner> = (side..(samples.len() + 1).saturating_sub(side)).filter_map(turn).collect();
+    // it is seen at neighbouring places, too: the largest change is the right one
+    let place = pick(&corners)?.at;
     let near = corners.iter().filter(|corner| corner.at.abs_diff(place) < side);
-    near.max_by(|a, b| a.change.total_cmp(&b.change)).map_or(place, |corner| corner.at)
+    near.max_by(|a, b| a.change.total_cmp(&b.change)).map(|corner| corner.at)
 }
 
 #[cfg(test)]

@@ -147,7 +147,7 @@ impl DiscBlock {
         for (place, prior) in self.own_priors(i) {
             total.add_prior((place, prior), own[place], &self.spreads);
         }
-        for number in self.deviations(i, own, shared) {
+        for number in self.deviations(i, &motion, (own, shared)) {
             total.add_scattered(number, &self.spreads);
         }
         total
@@ -155,9 +155,10 @@ impl DiscBlock {
 
     /// Returns how far shot `i` is from the law of the impact: its e and, if its slip is known,
     /// J_t/J_n.
-    pub(super) fn deviations(&self, i: usize, own: &Own, shared: &Shared) -> Vec<Scattered> {
-        let motion = self.follow(i, own, shared).filter(|_| self.has_law);
-        let Some(motion) = motion else { return Vec::new() };
+    fn deviations(&self, i: usize, motion: &Motion, (own, shared): (&Own, &Shared)) -> Vec<Scattered> {
+        if !self.has_law {
+            return Vec::new();
+        }
         let [parting, slip] = motion.relative(0);
         let (e, ratio) = (motion.own[own::RESTITUTION], motion.own[own::RATIO]);
         let law = impulse_ratio([-parting, slip, e], shared, self.discs.inertia);
