@@ -59,14 +59,13 @@ pub(crate) fn explain(
     estimates: &Estimates,
     policy: &Policy,
 ) -> Option<Refit> {
+    let rank = |suspect: &Suspect| suspect.size.powi(2) / threshold(problem.unknown(suspect.id), policy);
     let is_likely = |suspect: &Suspect| {
         let [low, high] = problem.unknown(suspect.id).bounds;
-        let is_inside = (low..=high).contains(&suspect.estimate);
-        is_inside && suspect.size.powi(2) > 0.5 * threshold(problem.unknown(suspect.id), policy)
+        (low..=high).contains(&suspect.estimate) && rank(suspect) > 0.5
     };
     let mut suspects = estimates.suspects(problem, at);
     suspects.retain(is_likely);
-    let rank = |suspect: &Suspect| suspect.size.powi(2) / threshold(problem.unknown(suspect.id), policy);
     suspects.sort_by(|a, b| rank(b).total_cmp(&rank(a)));
     let suspects = suspects.into_iter().take(MAX_SUSPECTS);
     let mut all: Vec<Freed> = suspects.filter_map(|suspect| let_in(problem, at, suspect, policy)).collect();

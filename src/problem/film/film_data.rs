@@ -236,8 +236,7 @@ pub(super) fn cleaned(tracks: &Tracks, radius: f64) -> (Vec<TrackShot>, Vec<Find
     let mut shots = tracks.shots.clone();
     let all_shots = shots.len();
     let mut findings: Vec<Finding> = repair_drops(&mut shots).into_iter().collect();
-    let corners =
-        shots.par_iter_mut().filter_map(|shot| leave_out_before_cushion(shot).then_some(())).count();
+    let corners = shots.par_iter_mut().map(leave_out_before_cushion).filter(|has_one| *has_one).count();
     if corners > 0 {
         findings.push(Finding::Corners { shots: corners, of: all_shots });
     }
@@ -247,8 +246,8 @@ pub(super) fn cleaned(tracks: &Tracks, radius: f64) -> (Vec<TrackShot>, Vec<Find
             shot.correlation = rho;
         }
     }
-    let ends =
-        shots.par_iter_mut().filter_map(|shot| leave_out_after_cushion(shot, radius).then_some(())).count();
+    let after = shots.par_iter_mut().map(|shot| leave_out_after_cushion(shot, radius));
+    let ends = after.filter(|has_one| *has_one).count();
     if ends > 0 {
         findings.push(Finding::Ends { shots: ends, of: all_shots });
     }

@@ -69,16 +69,12 @@ pub(in crate::problem) fn list_contact(all: &mut [Unknown], settings: &Settings)
         unknown.prior = setting.prior.map(|prior| Normal { mean: prior.mean, sd: prior.sd });
         unknown.mode = if is_free { Mode::Free } else { Mode::Fixed };
     }
-    if !settings.falls {
-        let fall = &mut all[Id::FallB as usize];
-        (fall.start, fall.mode) = (0.0, Mode::Tested);
+    let falling = [(Id::FallB, settings.falls), (Id::ESlope, settings.e_falls)];
+    for (id, _) in falling.into_iter().filter(|(_, falls)| !falls) {
+        (all[id as usize].start, all[id as usize].mode) = (0.0, Mode::Tested);
     }
     if settings.compliance != Compliance::Stated {
         all[Id::Kappa as usize].start = 0.0;
-    }
-    if !settings.e_falls {
-        let slope = &mut all[Id::ESlope as usize];
-        (slope.start, slope.mode) = (0.0, Mode::Tested);
     }
 }
 

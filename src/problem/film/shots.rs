@@ -18,7 +18,7 @@ use crate::physics::ball::Vec3;
 use crate::problem::evaluation::Reduced;
 use crate::problem::frames::{Frame, PicturePaths};
 use crate::problem::solution::Solution;
-use crate::problem::sums::Contribution;
+use crate::problem::sums::{Contribution, NoiseSums};
 use crate::problem::unknowns::{Id, Shared};
 
 /// Velocities of the cue ball and of the object ball after an impact.
@@ -263,17 +263,14 @@ impl Solution {
         };
         let used = [0, 1].map(|ball| shot.tracks[ball].iter().filter(|frame| frame.used).collect::<Vec<_>>());
         let time = own[own::TIME];
-        let [count, weighted] = sums
-            .sums
-            .noises
-            .iter()
-            .fold([0.0; 2], |[count, weighted], noise| [count + noise.count, weighted + noise.weighted]);
+        let add_up = |of: fn(&NoiseSums) -> f64| sums.sums.noises.iter().map(of).sum::<f64>();
+        let dof = add_up(|noise| noise.count) - (sums.sums.count_free() + Id::OFFSETS.len()) as f64;
         Some(Impact {
             shot: impact,
             shared_part: parts.iter().sum::<f64>() / parts.len() as f64,
             time,
             position_sd: film.noise[1].sd * typical_sd(&used[1]),
-            reduced_chi2: weighted / (count - (sums.sums.count_free() + Id::OFFSETS.len()) as f64).max(1.0),
+            reduced_chi2: add_up(|noise| noise.weighted) / dof.max(1.0),
             outliers: shot.tracks.iter().flatten().filter(|frame| frame.is_left_out()).count(),
             seen: used.map(|used| used.iter().map(|frame| (frame.time, frame.seen.into())).collect()),
             paths: at.paths()?,
