@@ -9,7 +9,6 @@ use serde::Deserialize;
 use super::{Expected, PlayedKind, SpinFrom};
 use crate::io::DatasetError;
 use crate::io::balls::{self, BallSection};
-use crate::io::error::Problems;
 use crate::io::toml_file::{self, Source};
 use crate::measurement::fault::{FRACTION, Fault, INERTIA, POSITIVE};
 use crate::measurement::parameter::Parameter;
@@ -45,7 +44,7 @@ impl Expected {
     /// # Errors
     /// Everything that is wrong with it, with line and position.
     pub fn read(path: &Path) -> Result<Self, DatasetError> {
-        toml_file::read_checked(path, Keys::checked)
+        toml_file::checked(path, None, format!("{} cannot be used:", path.display()), Keys::checked)
     }
 }
 
@@ -54,8 +53,8 @@ impl FromStr for Expected {
     type Err = DatasetError;
 
     fn from_str(text: &str) -> Result<Self, DatasetError> {
-        let problems = Problems::new("the design cannot be used:");
-        toml_file::checked(Path::new("SPEC.toml"), Some(text), problems, Keys::checked)
+        let what = "the design cannot be used:";
+        toml_file::checked(Path::new("SPEC.toml"), Some(text), what, Keys::checked)
     }
 }
 

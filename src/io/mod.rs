@@ -20,7 +20,6 @@ use manifest::{Keys, Manifest, StatedSpin};
 use polars::prelude::{DataFrame, PolarsResult, df};
 use schemars::Schema;
 use table::{Column, OMEGA, Table};
-use text::read_utf8;
 use toml_file::{Source, checked};
 
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};
@@ -39,19 +38,19 @@ pub use manifest::Kind;
 /// Every problem of the data set, with file, line, column, value and what was expected.
 pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
     let file = if path.is_dir() { path.join("dataset.toml") } else { path.to_path_buf() };
-    let problems = Problems::new(format!("the data set {} cannot be used:", file.display()));
-    if !file.is_file() {
-        let message = "there is no such file; expected a dataset.toml, or a folder that holds one";
+    let what = format!("the data set {} cannot be used:", file.display());
+    let is_toml = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    if !is_toml || !file.is_file() {
+        let message = if file.is_file() {
+            "is a table; expected a dataset.toml, which \"caromfit init\" writes for it"
+        } else {
+            "there is no such file; expected a dataset.toml, or a folder that holds one"
+        };
+        let problems = Problems::new(what);
         problems.add(&file, None, None, message);
         return Err(problems.into_error());
     }
-    if file.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml")) {
-        let message = "is a table; expected a dataset.toml, which \"caromfit init\" writes for it";
-        problems.add(&file, None, None, message);
-        return Err(problems.into_error());
-    }
-    let text = read_utf8(&file, &problems);
-    checked(&file, text.as_deref(), problems, dataset)
+    checked(&file, None, what, dataset)
 }
 
 /// Loads a data set from the text of a dataset.toml that would stand in the file `path`.
@@ -59,8 +58,7 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
 /// # Errors
 /// Those of [`load`].
 pub(crate) fn load_text(text: &str, path: &Path) -> Result<Dataset, DatasetError> {
-    let problems = Problems::new(format!("the data set {} cannot be used:", path.display()));
-    checked(path, Some(text), problems, dataset)
+    checked(path, Some(text), format!("the data set {} cannot be used:", path.display()), dataset)
 }
 
 /// Returns the JSON Schema (draft 2020-12) of dataset.toml, for editors that check it.

@@ -268,24 +268,17 @@ fn expected(schemas: &[&Json]) -> String {
     if each.is_empty() { last } else { format!("{} or {last}", each.join(", ")) }
 }
 
-/// Reads a TOML file of another shape; `check` adds problems of the parsed value.
-pub(crate) fn read_checked<T: DeserializeOwned + JsonSchema, U>(
-    path: &Path,
-    check: impl FnOnce(T, &Source) -> U,
-) -> Result<U, DatasetError> {
-    let problems = Problems::new(format!("{} cannot be used:", path.display()));
-    let text = read_utf8(path, &problems);
-    checked(path, text.as_deref(), problems, check)
-}
-
-/// Returns the result of `check` for a TOML text; `None`: the problems say why it is missing.
+/// Returns the result of `check`, which adds problems of the parsed value, for a TOML text (`None`:
+/// that of the file `path`). `what` names the action that problems prevent.
 pub(crate) fn checked<T: DeserializeOwned + JsonSchema, U>(
     path: &Path,
     text: Option<&str>,
-    problems: Problems,
+    what: impl Into<String>,
     check: impl FnOnce(T, &Source) -> U,
 ) -> Result<U, DatasetError> {
-    let Some(text) = text else { return Err(problems.into_error()) };
+    let problems = Problems::new(what);
+    let text = text.map(str::to_owned).or_else(|| read_utf8(path, &problems));
+    let Some(text) = &text else { return Err(problems.into_error()) };
     // a byte order mark is not part of the first line
     let text = text.trim_start_matches('\u{feff}');
     let source = Source::new(path, text, &problems);

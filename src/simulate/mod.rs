@@ -58,7 +58,7 @@ pub enum SynthError {
 /// # Errors
 /// Every problem of the file, with line and position.
 pub fn read(path: &Path) -> Result<Spec, DatasetError> {
-    toml_file::read_checked(path, Spec::checked)
+    toml_file::checked(path, None, format!("{} cannot be used:", path.display()), Spec::checked)
 }
 
 /// Makes the files of a synthetic data set with the `full` collision model, or `ode` if the contact

@@ -10,7 +10,6 @@ use super::Kind;
 use super::scene::{Camera, MAX_SHOTS, Played, faults_of_shots};
 use crate::io::DatasetError;
 use crate::io::balls::{self, BallSection};
-use crate::io::error::Problems;
 use crate::io::toml_file::{self, Source};
 use crate::measurement::dataset::ObjectBall;
 use crate::measurement::fault::{Fault, INERTIA};
@@ -107,8 +106,8 @@ impl FromStr for Spec {
     type Err = DatasetError;
 
     fn from_str(text: &str) -> Result<Self, DatasetError> {
-        let problems = Problems::new("the specification cannot be used:");
-        toml_file::checked(Path::new("SPEC.toml"), Some(text), problems, Self::checked)
+        let what = "the specification cannot be used:";
+        toml_file::checked(Path::new("SPEC.toml"), Some(text), what, Self::checked)
     }
 }
 
