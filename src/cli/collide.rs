@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::io::cases::{self, Case, Computed};
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::effects::{self, Choice, Estimate};
-use crate::physics::collision::{Effects, Fidelity, Model, NotACollision, TOLERANCES};
+use crate::physics::collision::{Coefficients, Effects, Fidelity, Model, NotACollision, TOLERANCES};
 use crate::physics::contact_frame::cue_velocity;
 use crate::physics::friction_law::Law;
 use crate::report::document::{self, CollideDocument};
@@ -141,8 +141,9 @@ impl Args {
         let velocity = cue_velocity(speed, cut_deg.to_radians());
         let is_rolling = self.spin.as_deref() == Some(NATURAL_ROLL);
         let spin = if is_rolling { BallState::natural_roll(velocity, self.radius).spin } else { self.omega };
-        let (name, radius) = ("collision".to_owned(), self.radius);
-        Case { name, speed, cut_deg, spin, mu, mu_s, e, radius, kappa: None, mass_ratio: None }
+        let (name, radius, coefficients) =
+            ("collision".to_owned(), self.radius, Coefficients { mu, mu_s, e });
+        Case { name, speed, cut_deg, spin, coefficients, radius, kappa: None, mass_ratio: None }
     }
 
     /// Returns the effects, if they are asked for.

@@ -20,9 +20,7 @@ pub(crate) struct Case {
     pub(crate) cut_deg: f64,
     /// The cue ball's spin in the collision frame, rad/s.
     pub(crate) spin: Vec3,
-    pub(crate) mu: f64,
-    pub(crate) mu_s: f64,
-    pub(crate) e: f64,
+    pub(crate) coefficients: Coefficients,
     /// The radius of the balls, m.
     pub(crate) radius: f64,
     /// The tangential compliance κ; `None`: as the command states.
@@ -38,14 +36,14 @@ const OPTIONAL: [&str; 2] = ["kappa", "mass_ratio"];
 impl Case {
     /// Returns the cue ball before the impact, and the coefficients; `Err` if one is out of range.
     pub(crate) fn before(&self) -> Result<(BallState, Coefficients), NotACollision> {
-        let Self { speed, cut_deg, spin, mu, mu_s, e, .. } = *self;
+        let Self { speed, cut_deg, spin, coefficients, .. } = *self;
         let checked = |is_good: bool, name: &'static str, value: f64, expected: &'static str| {
             if is_good { Ok(()) } else { Err(NotACollision::OutOfRange { name, value, expected }) }
         };
         checked(speed > 0.0 && speed.is_finite(), "speed_m_s", speed, "more than 0")?;
         checked(cut_deg.abs() < 90.0, "cut_deg", cut_deg, "degrees, more than -90 and less than 90")?;
         let cue = BallState { velocity: contact_frame::cue_velocity(speed, cut_deg.to_radians()), spin };
-        Ok((cue, Coefficients { mu, mu_s, e }))
+        Ok((cue, coefficients))
     }
 
     /// Computes it with the model that `model` returns. An integration that fails is an outcome.
@@ -90,9 +88,9 @@ pub(crate) fn collide_all(
         let [speed, cut_deg, x, y, z, mu, mu_s, e, radius] = cells[..] else { continue };
         let name = table.text("name", row).unwrap_or_default();
         let [kappa, mass_ratio] = OPTIONAL.map(at);
-        let spin = Vec3::new(x, y, z);
+        let (spin, coefficients) = (Vec3::new(x, y, z), Coefficients { mu, mu_s, e });
         let case =
-            Case { name: name.to_owned(), speed, cut_deg, spin, mu, mu_s, e, radius, kappa, mass_ratio };
+            Case { name: name.to_owned(), speed, cut_deg, spin, coefficients, radius, kappa, mass_ratio };
         match case.compute(table.line(row), &model) {
             Ok(computed) => collided.push(computed),
             Err(error) => {
