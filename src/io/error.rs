@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::fmt;
+use std::hash::Hash;
 use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
@@ -76,10 +77,8 @@ impl fmt::Display for DatasetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.what)?;
         // the same problem in other places is listed once
-        let mut groups: IndexMap<(&str, Option<&str>), Vec<&Problem>> = IndexMap::new();
-        for problem in &self.problems {
-            groups.entry((&problem.message, problem.column.as_deref())).or_default().push(problem);
-        }
+        let groups =
+            grouped(self.problems.iter().map(|problem| ((&problem.message, &problem.column), problem)));
         for group in groups.values().take(LISTED) {
             write!(f, "\n  {}", group[0])?;
             let named: Vec<String> = group[1..].iter().take(MAX_NAMED).map(|other| other.place()).collect();
@@ -136,6 +135,15 @@ impl Problems {
     pub(crate) fn into_error(self) -> DatasetError {
         self.0.into_inner()
     }
+}
+
+/// Returns the values of each key, in the order in which the keys appear.
+pub(crate) fn grouped<K: Hash + Eq, V>(pairs: impl IntoIterator<Item = (K, V)>) -> IndexMap<K, Vec<V>> {
+    let mut groups: IndexMap<K, Vec<V>> = IndexMap::new();
+    for (key, value) in pairs {
+        groups.entry(key).or_default().push(value);
+    }
+    groups
 }
 
 /// Returns the similarity in any case: Jaro–Winkler, plus 1 if one slip of the pen is between them.

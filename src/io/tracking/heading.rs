@@ -1,11 +1,10 @@
 //! Names of the columns of a table, and their units beside them, as in `x [mm]`, or below; the
 //! first rows of an unknown table, and tests of its columns.
 
-use std::collections::HashMap;
-
 use super::raw::Job;
 use super::time::{first_apart, resolution};
 use super::words::{Unit, is_angle};
+use crate::io::error::grouped;
 use crate::io::text::{SEPARATORS, Separator, filled_lines, parse, trimmed, unmarked, value};
 use crate::measurement::number::plain;
 
@@ -240,11 +239,8 @@ fn told_apart(mut names: Vec<String>, titles: &[(usize, &str)], separator: Separ
 }
 
 fn repeated(names: &[String]) -> Vec<bool> {
-    let mut counts: HashMap<&str, usize> = HashMap::new();
-    for name in names {
-        *counts.entry(name).or_default() += 1;
-    }
-    names.iter().map(|name| !name.is_empty() && counts[name.as_str()] > 1).collect()
+    let twins = grouped(names.iter().map(|name| (name, ())));
+    names.iter().map(|name| !name.is_empty() && twins[name].len() > 1).collect()
 }
 
 /// Maximum number of rows examined.
@@ -271,12 +267,9 @@ impl Rows {
 
     /// Returns the numbers of rows with the same cells in some columns.
     fn counts(&self, columns: &[Option<usize>]) -> Vec<usize> {
-        let mut counts: HashMap<Vec<&str>, usize> = HashMap::new();
-        for row in &self.0 {
-            let group = columns.iter().flatten().map(|column| row[*column].as_str()).collect();
-            *counts.entry(group).or_default() += 1;
-        }
-        counts.into_values().collect()
+        let cells = self.0.iter().map(|row| columns.iter().flatten().map(|column| row[*column].as_str()));
+        let rows = grouped(cells.map(|cells| (cells.collect::<Vec<&str>>(), ())));
+        rows.into_values().map(|rows| rows.len()).collect()
     }
 
     pub(super) fn values(&self, column: usize) -> usize {
@@ -298,10 +291,8 @@ impl Rows {
     /// Returns whether a column grows from row to row of each shot.
     pub(super) fn grows(&self, column: usize, shot: Option<usize>) -> bool {
         let Some(numbers) = self.numbers(column) else { return false };
-        let mut last: HashMap<&str, f64> = HashMap::new();
         let shots = self.0.iter().map(|row| shot.map_or("", |shot| row[shot].as_str()));
-        let mut rows = shots.zip(numbers);
-        rows.all(|(shot, number)| last.insert(shot, number).is_none_or(|before| before < number))
+        grouped(shots.zip(numbers)).values().all(|numbers| numbers.is_sorted_by(|one, next| one < next))
     }
 
     /// Returns the columns that grow from row to row of each shot and may be times: not angles, nor

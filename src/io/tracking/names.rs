@@ -1,6 +1,5 @@
 //! Which track is which ball: by names of tracks and files, and by the distances that points keep.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::Facts;
@@ -8,6 +7,7 @@ use super::raw::{Job, Notes, RawShot, RawTrack, Subject, listed, quoted, sorted,
 use super::repair::Wrong;
 use super::settings::{NAMED, Names, TrackSettings};
 use crate::film::rigid_body::circle_centres;
+use crate::io::error::grouped;
 use crate::io::text::shortened;
 use crate::measurement::track::Sample;
 use crate::numerics::median;
@@ -176,11 +176,8 @@ fn without(stem: &str, ball: &str) -> Option<String> {
 
 /// Puts the folder before equal names of shots, as of A/1.csv and B/1.csv.
 pub(super) fn name_by_folder(raw: &mut [RawShot], notes: &Notes) {
-    let mut counts: HashMap<String, usize> = HashMap::new();
-    for shot in raw.iter() {
-        *counts.entry(shot.name.clone()).or_default() += 1;
-    }
-    for shot in raw.iter_mut().filter(|shot| counts[&shot.name] > 1) {
+    let twins = grouped(raw.iter().map(|shot| (shot.name.clone(), ())));
+    for shot in raw.iter_mut().filter(|shot| twins[&shot.name].len() > 1) {
         let Some(folder) = shot.file.parent().and_then(Path::file_name) else { continue };
         let message = "files in several folders have equal names: their shots are named with the folder";
         notes.add(&shot.file, Subject::Names, None, message);

@@ -4,11 +4,9 @@ use std::borrow::Cow;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
-use indexmap::IndexMap;
-
 use super::settings::{Format, TrackSettings};
 use super::words::Unit;
-use crate::io::error::{Problems, harmless};
+use crate::io::error::{Problems, grouped, harmless};
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RawShot {
@@ -253,10 +251,8 @@ impl Notes {
     pub(super) fn into_lines(self) -> Vec<String> {
         /// Maximum number of notes of a subject that are listed.
         const MAX_LISTED: usize = 8;
-        let mut notes: IndexMap<(Subject, String), Vec<String>> = IndexMap::new();
-        for (subject, message, place) in self.0.into_inner() {
-            notes.entry((subject, message)).or_default().push(place);
-        }
+        let notes = self.0.into_inner().into_iter();
+        let notes = grouped(notes.map(|(subject, message, place)| ((subject, message), place)));
         let mut notes: Vec<_> = notes.into_iter().collect();
         notes.sort_by_key(|((subject, _), _)| *subject);
         let mut lines = Vec::new();

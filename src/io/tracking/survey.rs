@@ -3,7 +3,6 @@
 use std::num::NonZero;
 use std::path::Path;
 
-use indexmap::IndexMap;
 use minijinja::{Value as Values, context};
 
 use super::heading::{Heading, MAX_TRACKS, Rows, TITLES, headings};
@@ -15,7 +14,7 @@ use super::time::followed;
 use super::words::{
     self, FRAMES, Kind, PERHAPS_BALLS, SHOTS, TIMES, Unit, beside, boxes, find, is_angle, pairs,
 };
-use crate::io::error::{Problem, Problems};
+use crate::io::error::{Problem, Problems, grouped};
 use crate::io::text::value;
 use crate::io::toml_file::Source;
 use crate::measurement::number::count_of;
@@ -97,21 +96,17 @@ impl Survey {
     /// Returns whether points keep their distances in two groups, or have angles.
     pub(crate) fn are_discs(&self) -> bool {
         let are_discs = |shot: &RawShot| shot.tracks.len() > 5 && groups(&shot.tracks).len() == 2;
-        has_angles(&self.columns[0]) || self.shots.iter().any(are_discs)
+        self.columns[0].keys().any(|key| key.ends_with("angle")) || self.shots.iter().any(are_discs)
     }
 
     /// Returns the names of tracks in the order of appearance, and at which part of the time each
     /// begins to move (median).
     pub(crate) fn tracks(&self) -> Vec<(&str, f64)> {
-        let mut tracks: IndexMap<&str, Vec<f64>> = IndexMap::new();
-        for shot in &self.shots {
-            for track in shot.tracks.iter().filter(|track| !track.is_angle) {
-                if let Some(begin) = shot.beginning(track) {
-                    tracks.entry(&track.name).or_default().push(begin);
-                }
-            }
-        }
-        tracks.into_iter().map(|(name, all)| (name, median(all))).collect()
+        let begins = self.shots.iter().flat_map(|shot| {
+            let tracks = shot.tracks.iter().filter(|track| !track.is_angle);
+            tracks.filter_map(|track| Some((track.name.as_str(), shot.beginning(track)?)))
+        });
+        grouped(begins).into_iter().map(|(name, all)| (name, median(all))).collect()
     }
 
     /// Returns the frame rate that the times follow, and their unit unless it is seconds.
@@ -212,10 +207,6 @@ impl Survey {
             doubtful => doubtful.iter().map(line).collect::<Vec<String>>(),
         }
     }
-}
-
-fn has_angles(columns: &Columns) -> bool {
-    columns.keys().any(|key| key.ends_with("angle"))
 }
 
 /// Guesses the columns of a table, certain and doubtful ones; `None` if it is not understood.
