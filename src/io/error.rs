@@ -1,6 +1,5 @@
 //! All problems of a data set at once.
 
-use std::borrow::Cow;
 use std::cell::RefCell;
 use std::fmt;
 use std::hash::Hash;
@@ -46,14 +45,12 @@ impl fmt::Display for Problem {
 }
 
 /// Returns a text with control characters escaped, which would act on a terminal.
-pub(crate) fn harmless(text: &str) -> Cow<'_, str> {
-    if !text.contains(char::is_control) {
-        return Cow::Borrowed(text);
+pub(crate) fn harmless(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c.is_control() && c != '\n' { shown.extend(c.escape_default()) } else { shown.push(c) }
     }
-    let escaped = text
-        .chars()
-        .map(|c| if c.is_control() && c != '\n' { c.escape_default().to_string() } else { c.to_string() });
-    Cow::Owned(escaped.collect())
+    shown
 }
 
 /// A data set, or a table, that cannot be used as it is.

@@ -239,7 +239,7 @@ pub(super) struct Notes(RefCell<Vec<(Subject, String, String)>>);
 impl Notes {
     pub(super) fn add(&self, file: &Path, subject: Subject, line: Option<usize>, message: impl AsRef<str>) {
         let line = line.map_or(String::new(), |line| format!(":{line}"));
-        let message = harmless(message.as_ref()).into_owned();
+        let message = harmless(message.as_ref());
         self.0.borrow_mut().push((subject, message, format!("{}{line}", file.display())));
     }
 
