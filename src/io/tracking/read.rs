@@ -263,11 +263,35 @@ fn get_cell(object: &Object, keys: &[&str]) -> Option<String> {
 }
 
 fn read_json(job: Job) -> Option<Vec<RawShot>> {
-    let line_ends = job.text.match_indices('\n').map(|(at, _)| at).collect();
-    let shots = File { job, line_ends }.read()?;
-    let message = format!("read as JSON, {}", count_of(shots.len(), "shot"));
-    job.note(Subject::Format, None, message);
-    Some(shots)
+    let not_json = |error: serde_json::Error| {
+        let message = error.to_string();
+        let bare = message.rsplit_once(" at line ").map_or(message.as_str(), |(bare, _)| bare);
+        let hint = if job.text.contains("NaN") { "; expected null, not NaN" } else { "" };
+        job.wrong(error.line(), None, format!("is not JSON: {bare}{hint}"));
+    };
+    let whole: &RawValue = serde_json::from_str(job.text).map_err(not_json).ok()?;
+    let file = File { job, line_ends: job.text.match_indices('\n').map(|(at, _)| at).collect() };
+    let root = object(whole);
+    let shots = match get(&root, &["shots"]) {
+        None if get(&root, &BALLS).is_some() => vec![whole],
+        shots => list(shots.unwrap_or(whole)),
+    };
+    if shots.is_empty() {
+        return file.refuse(whole, "holds no shots");
+    }
+    let word = get_cell(&root, &["length_unit", "unit"]);
+    let unit = word.as_ref().and_then(|word| Unit::M.alike().find(|unit| Unit::of(word) == Some(*unit)));
+    if let (Some(word), None) = (word, unit) {
+        let word = shortened(&word);
+        return file.refuse(whole, format!("\"{word}\" is not a unit of length: m, cm, mm, in, ft or px"));
+    }
+    let mut read = Vec::new();
+    for (number, raw) in (1..).zip(&shots) {
+        let number = if shots.len() == 1 { String::new() } else { format!("-{number}") };
+        read.extend(file.shot(raw, &root, format!("{}{number}", stem(job.file)), unit)?);
+    }
+    job.note(Subject::Format, None, format!("read as JSON, {}", count_of(read.len(), "shot")));
+    Some(read)
 }
 
 struct File<'t> {
@@ -284,37 +308,6 @@ impl File<'_> {
     fn refuse<T>(&self, at: &RawValue, why: impl AsRef<str>) -> Option<T> {
         self.job.wrong(self.line(at), None, format!("{}; {EXPECTED}", why.as_ref()));
         None
-    }
-
-    fn read(&self) -> Option<Vec<RawShot>> {
-        let not_json = |error: serde_json::Error| {
-            let message = error.to_string();
-            let bare = message.rsplit_once(" at line ").map_or(message.as_str(), |(bare, _)| bare);
-            let hint = if self.job.text.contains("NaN") { "; expected null, not NaN" } else { "" };
-            self.job.wrong(error.line(), None, format!("is not JSON: {bare}{hint}"));
-        };
-        let whole: &RawValue = serde_json::from_str(self.job.text).map_err(not_json).ok()?;
-        let root = object(whole);
-        let shots = match get(&root, &["shots"]) {
-            None if get(&root, &BALLS).is_some() => vec![whole],
-            shots => list(shots.unwrap_or(whole)),
-        };
-        if shots.is_empty() {
-            return self.refuse(whole, "holds no shots");
-        }
-        let word = get_cell(&root, &["length_unit", "unit"]);
-        let unit = word.as_ref().and_then(|word| Unit::M.alike().find(|unit| Unit::of(word) == Some(*unit)));
-        if let (Some(word), None) = (word, unit) {
-            let word = shortened(&word);
-            return self
-                .refuse(whole, format!("\"{word}\" is not a unit of length: m, cm, mm, in, ft or px"));
-        }
-        let mut read = Vec::new();
-        for (number, raw) in (1..).zip(&shots) {
-            let number = if shots.len() == 1 { String::new() } else { format!("-{number}") };
-            read.extend(self.shot(raw, &root, format!("{}{number}", stem(self.job.file)), unit)?);
-        }
-        Some(read)
     }
 
     /// Reads a shot, which is called `unnamed` unless it has a name; `root` may state its frame
