@@ -272,7 +272,7 @@ pub(super) fn resolution(times: &[f64]) -> f64 {
     (0..=6).map(|digits| 10.0_f64.powi(digits)).find(fits).map_or(0.0, f64::recip)
 }
 
-/// Returns the mean of the steps near the median, in which rounding cancels and gaps do not count.
+/// Returns the mean step of one frame, in which rounding cancels and gaps do not count.
 fn spacing(times: &[f64], resolution: f64) -> f64 {
     let steps = sorted(times.windows(2).map(|two| two[1] - two[0]));
     let Some(median) = steps.get(steps.len().saturating_sub(1) / 2) else { return f64::NAN };
@@ -284,10 +284,10 @@ fn spacing(times: &[f64], resolution: f64) -> f64 {
     if 2 * steady.len() >= steps.len() {
         return steady.iter().sum::<f64>() / steady.len() as f64;
     }
-    // the steps of a varying clock, without lost frames
-    let longest = 1.02 * resolution + (1.0 + 2.0 * MAX_ROUNDING) * median;
-    let single: Vec<f64> = steps.into_iter().filter(|step| *step <= longest).collect();
-    single.iter().sum::<f64>() / single.len() as f64
+    // a step of a varying clock is of several frames if it is much longer than one
+    let longest = 1.02 * resolution + (1.0 + 2.5 * MAX_ROUNDING) * median;
+    let frames = |step: &f64| if *step <= longest { 1.0 } else { (step / median).round() };
+    steps.iter().sum::<f64>() / steps.iter().map(frames).sum::<f64>()
 }
 
 /// Returns how much later than its frame at this rate, frames/s, each time is, from the first on,
