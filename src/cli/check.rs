@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::fit::analysis::with_impacts;
-use crate::fit::check;
+use crate::fit::{check, doubts};
 use crate::report::document::CheckDocument;
 use crate::report::templates;
 
@@ -29,7 +29,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         progress.step(&dataset.name);
         let (dataset, film) = with_impacts(dataset);
         progress.done();
-        let mut findings = film.as_ref().map(check::doubts).unwrap_or_default();
+        let mut findings = film.as_ref().map(doubts::of_film).unwrap_or_default();
         findings.extend(check::check(&dataset));
         documents.push(CheckDocument::new(&dataset, &findings));
     }

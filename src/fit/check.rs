@@ -1,21 +1,18 @@
 //! Suspicions about a data set, without a fit. Plain errors were reported when it was loaded.
 
-use std::cmp::Reverse;
 use std::f64::consts::FRAC_PI_2;
 
 use minijinja::{Value as Values, context};
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
-use super::doubts::FOOTAGE;
-use super::film::FittedFilm;
-use super::film_words::{sentence, words_of};
+use super::film_words::words_of;
 use crate::measurement::dataset::{Before, Dataset, Measured, Shot};
 use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::physics::collision::Fidelity;
-use crate::problem::{Policy, Severity, predict};
+use crate::problem::{Policy, predict};
 use crate::words::capital;
 
 /// Number of shots below which the noise is left to luck.
@@ -80,15 +77,6 @@ pub fn check(dataset: &Dataset) -> Vec<Finding> {
     let place = |name: &String| dataset.shots.iter().position(|shot| shot.name == *name);
     findings.sort_by_key(|finding| finding.shot.as_ref().map(place));
     findings
-}
-
-/// Returns what lets doubt the fit of a film, the worst first.
-pub(crate) fn doubts(film: &FittedFilm) -> Vec<Finding> {
-    let mut doubts: Vec<_> =
-        film.solution.findings.iter().filter(|own| own.severity() > Severity::Warning).collect();
-    doubts.sort_by_key(|own| Reverse(own.severity()));
-    let sentences = doubts.into_iter().filter_map(|own| sentence(own, Some(film)));
-    sentences.map(|text| Finding { shot: None, kind: FOOTAGE, text }).collect()
 }
 
 /// Returns what lets doubt some shots of a data set, or the μ_k of the cloth that their paths show;

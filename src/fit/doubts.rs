@@ -5,6 +5,7 @@ use std::collections::HashSet;
 
 use minijinja::context;
 
+use super::film::FittedFilm;
 use super::film_words::{self, Remark, note, of_shots, sentences};
 use super::{Estimate, Fit, FoundCamera, Noise, NoiseVerdict, Rejected, Status, Trend, check};
 use crate::measurement::dataset::{Dataset, ON_REQUEST, Shot};
@@ -58,6 +59,14 @@ pub(super) fn comment(
     all.extend(dataset.notes().map(|text| note("data", context! { beside => text })));
     all.retain(|remark| !remark.sentence.is_empty());
     fit.remarks = all;
+}
+
+/// Returns what lets doubt the fit of a film, the worst first.
+pub(crate) fn of_film(film: &FittedFilm) -> Vec<check::Finding> {
+    let mut doubts: Vec<_> = film.solution.findings.iter().filter(|own| own.severity() > Warning).collect();
+    doubts.sort_by_key(|own| Reverse(own.severity()));
+    let sentences = doubts.into_iter().filter_map(|own| film_words::sentence(own, Some(film)));
+    sentences.map(|text| check::Finding { shot: None, kind: FOOTAGE, text }).collect()
 }
 
 impl Fit {

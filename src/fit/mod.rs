@@ -7,7 +7,7 @@ mod camera;
 pub mod check;
 mod common;
 pub(crate) mod deviations;
-mod doubts;
+pub(crate) mod doubts;
 pub(crate) mod film;
 pub(crate) mod film_words;
 pub(crate) mod goodness;

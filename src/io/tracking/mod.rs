@@ -143,14 +143,13 @@ fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, notes: &Notes, tracks: &m
         match shot {
             Ok(shot) => {
                 let first = firsts.entry(hash_places(&shot)).or_insert_with(|| name.clone());
-                if *first == name {
-                    tracks.shots.push(shot);
-                } else {
+                if *first != name {
                     let message = format!(
                         "all positions are those of shot {first}; expected each clip once: a copy makes errors too small"
                     );
-                    tracks.left_out.push((name, message));
+                    notes.add(&file, Subject::Repeated, Some(shot.line), message);
                 }
+                tracks.shots.push(shot);
             }
             Err(wrong) => faults.extend(wrong.into_iter().map(|wrong| (name.clone(), file.clone(), wrong))),
         }

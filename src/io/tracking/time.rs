@@ -224,7 +224,7 @@ impl Grid {
         // the spacing shows how a clock drifts, but a lost frame on a coarse one makes it longer
         let drifting = || self.frames(self.spacing).filter(|_| !is_stated);
         let Some(frames) = self.frames(rate.recip()).or_else(drifting) else {
-            if self.resolution > MAX_ROUNDING / rate {
+            if self.resolution >= MAX_ROUNDING / rate {
                 return Err(self.too_coarse(rate));
             }
             note(format!(
