@@ -17,7 +17,7 @@ use crate::fit::film_words::{Remark, note, words_of};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
 use crate::problem::Severity::{Doubtful, Unusable};
-use crate::problem::{self, Block, Estimates, Evaluation, Id, Mode, Policy, Problem, refutes};
+use crate::problem::{self, Block, Estimates, Evaluation, Id, Mode, POLICY, Problem, refutes};
 
 impl Joint<'_> {
     /// Returns what the fit says.
@@ -40,7 +40,7 @@ impl Joint<'_> {
         let differences = quantities.iter_mut().flat_map(|compared| &mut compared.differences);
         holm(differences.map(|difference| &mut difference.p_holm));
         for difference in quantities.iter_mut().flat_map(|compared| &mut compared.differences) {
-            difference.real = difference.p_holm < Policy::default().level;
+            difference.real = difference.p_holm < POLICY.level;
         }
         let mut remarks = std::mem::take(&mut self.samples.remarks);
         remarks.extend(quantities.iter().flat_map(find_doubts));
@@ -307,7 +307,7 @@ impl Joint<'_> {
 /// Returns a shared quantity that the data contradict as doubtful fits do, and estimates at a
 /// bound.
 fn find_doubts(Compared { quantity, shared, estimates, same_or_different, .. }: &Compared) -> Vec<Remark> {
-    let (quantity, level) = (quantity.name(), 2.0 * Normal::standard().sf(Policy::default().conflict));
+    let (quantity, level) = (quantity.name(), 2.0 * Normal::standard().sf(POLICY.conflict));
     let p_value = same_or_different.map(|test| test.p_value).filter(|p_value| *shared && *p_value < level);
     let not_shared =
         p_value.map(|p_value| Remark::new(Doubtful, "not-shared", context! { quantity, p_value }));
@@ -325,16 +325,14 @@ fn judge(comparison: &mut Comparison) {
     if comparison.noise_estimated || comparison.robust.is_some() {
         return;
     }
-    let policy = Policy::default();
     let (chi2, dof) = (comparison.chi2(), comparison.solution.dof());
     let mut samples = Vec::new();
     for SampleSummary { title, residuals, .. } in &comparison.samples {
         let chi2 = residuals.iter().map(|residual| residual.standardized.powi(2)).sum();
         // a sample takes up few of the parameters, of many observations
-        samples
-            .extend(refutes(chi2, residuals.len() as f64, &policy).map(|reduced| (title.clone(), reduced)));
+        samples.extend(refutes(chi2, residuals.len() as f64).map(|reduced| (title.clone(), reduced)));
     }
-    if samples.is_empty() && refutes(chi2, dof as f64, &policy).is_none() {
+    if samples.is_empty() && refutes(chi2, dof as f64).is_none() {
         return;
     }
     let values = context! { samples, reduced_chi2 => chi2 / dof.max(1) as f64 };

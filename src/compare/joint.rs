@@ -11,7 +11,7 @@ use crate::fit::film_words::{Remark, note};
 use crate::numerics::EXACT;
 use crate::problem::Severity::{Doubtful, Unusable};
 use crate::problem::{
-    self, Descent, Estimates, Evaluation, Id, Mode, Policy, Problem, Solution, State, comply, descend,
+    self, Descent, Estimates, Evaluation, Id, Mode, Problem, Solution, State, comply, descend,
     descend_with_noise, robust_covariance,
 };
 
@@ -36,7 +36,7 @@ impl<'a> Joint<'a> {
         let mut descent = descend_with_noise(&mut problem, start);
         if samples.options.fidelity.is_none()
             && let Some(problem::Finding::Compliance { fall, adopted: true, .. }) =
-                comply(&mut problem, &mut descent, &Policy::default())
+                comply(&mut problem, &mut descent)
         {
             samples.remarks.push(note("compliance/compliant-together", context! { fall }));
         }

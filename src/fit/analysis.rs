@@ -11,7 +11,7 @@ use super::request::Request;
 use super::{Fit, FitError, Options, film_words, of_discs, of_film, of_rows};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::track::TrackShot;
-use crate::problem::{Choices, DiscImpact, FilmError, Id, Policy, fit_film, measure_discs};
+use crate::problem::{Choices, DiscImpact, FilmError, Id, fit_film, measure_discs};
 
 /// Fits a data set of any kind, as `caromfit fit` does, of films all frames at once, with the
 /// camera: one fit, or one for each label of the column that `[fit] by` names, in the order in
@@ -112,7 +112,7 @@ pub(crate) fn with_impacts(mut dataset: Dataset) -> (Dataset, Option<FittedFilm>
     if dataset.is_of_discs() {
         return (with_usable_discs(dataset), None);
     }
-    let solution = match fit_film(&dataset, &Choices::default(), &Policy::default()) {
+    let solution = match fit_film(&dataset, &Choices::default()) {
         Ok(solution) => solution,
         Err(error) => {
             leave_out(&mut dataset, error);
@@ -146,7 +146,7 @@ pub struct ExtractedDiscs {
 /// Measures the impacts of a film of discs: e, J_t/J_n, spins and balance of momentum of each shot
 /// may be any, and all shots share the camera. Other data sets yield no impacts.
 pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
-    let (solution, impacts) = match measure_discs(&dataset, &Policy::default()) {
+    let (solution, impacts) = match measure_discs(&dataset) {
         Ok(measured) => measured,
         Err(error) => {
             leave_out(&mut dataset, error);
@@ -193,7 +193,7 @@ fn with_usable_discs(dataset: Dataset) -> Dataset {
     for (track, impact) in shots {
         let doubts = impact.doubts.iter();
         tracks.notes.extend(doubts.map(|doubt| format!("Shot {} is doubtful: {doubt}.", track.name)));
-        match impact.find_fault(&Policy::default()) {
+        match impact.find_fault() {
             Some(fault) => dataset.left_out.push((track.name, fault)),
             None => {
                 unseen += usize::from(impact.get("slip").is_none());

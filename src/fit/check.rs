@@ -12,7 +12,7 @@ use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::physics::collision::Fidelity;
-use crate::problem::{Policy, predict};
+use crate::problem::{POLICY, predict};
 use crate::words::capital;
 
 /// Number of shots below which the noise is left to luck.
@@ -93,7 +93,7 @@ pub(crate) fn suspicious(dataset: &Dataset, shots: &[&Shot], sliding: Option<Mea
     }
     if let Some(Measured { value, sd: Some(sd) }) = sliding
         && let outside = (SLIDING[0] - value).max(value - SLIDING[1])
-        && outside > Policy::default().conflict * sd
+        && outside > POLICY.conflict * sd
     {
         findings.push(Finding::new(None, "sliding", context! { value, sd }));
     }

@@ -19,7 +19,7 @@ use crate::measurement::loss::Loss;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::physics::collision::Fidelity;
 use crate::problem::{
-    Choices, Deviations, Finding, FitEnd, Id, MANY_SHOTS, Policy, RowsError, ShiftScore, ShotInfluence,
+    Choices, Deviations, Finding, FitEnd, Id, MANY_SHOTS, POLICY, RowsError, ShiftScore, ShotInfluence,
     Slope, Solution, TableNoise,
 };
 
@@ -140,7 +140,7 @@ impl<'a> Fitted<'a> {
         let chance = ChiSquared::new(dof).ok().map(|distribution| distribution.sf(chi2));
         let p_value = chance.filter(|_| self.is_stated);
         let noise_factor = p_value.map(|_| (chi2 / dof).sqrt());
-        let improbable = Policy::default().improbable;
+        let improbable = POLICY.improbable;
         let noise = match p_value {
             None => NoiseVerdict::NotTested,
             Some(p) if p < improbable => NoiseVerdict::TooSmall,

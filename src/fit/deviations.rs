@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::Residual;
 use super::film_words::words_of;
 use crate::measurement::observable::{Axis, Observable};
-use crate::problem::{self, Deviations, Policy, ShiftScore, Solution};
+use crate::problem::{self, Deviations, POLICY, ShiftScore, Solution};
 
 /// A trend of residuals with something that the model should have taken care of.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -43,7 +43,7 @@ pub(crate) struct Trend {
 impl Trend {
     /// Returns whether it is beyond chance however many trends are looked for.
     pub(super) fn is_improbable(&self) -> bool {
-        self.p_corrected < Policy::default().improbable
+        self.p_corrected < POLICY.improbable
     }
 }
 
@@ -117,7 +117,7 @@ pub(super) fn trends(
     holm(trends.iter_mut().map(|trend| &mut trend.p_corrected));
     let count = trends.len();
     for trend in &mut trends {
-        trend.significant = trend.p_corrected < Policy::default().level;
+        trend.significant = trend.p_corrected < POLICY.level;
         let slope = format!("{:+.2}", trend.slope);
         trend.words = words_of("change", context! { count, slope, ..Values::from(Serde(&*trend)) });
     }

@@ -12,7 +12,7 @@ use crate::measurement::dataset::{Dataset, ON_REQUEST, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
 use crate::problem::Severity::{Doubtful, Note, Unusable, Warning};
-use crate::problem::{Combination, Finding, MISLEADING, Policy, refutes};
+use crate::problem::{Combination, Finding, MISLEADING, POLICY, refutes};
 
 /// Kind of what is wrong with footage or its description.
 pub(super) const FOOTAGE: &str = "suspicious-footage";
@@ -107,7 +107,7 @@ impl Fit {
         let rejected = self.unwanted();
         if let Some(Rejected { shot, reason }) = rejected.first() {
             let (used, of) = (self.shots_used(), self.shots_used() + rejected.len());
-            let are_few = !Policy::default().are_most(used, of);
+            let are_few = !POLICY.are_most(used, of);
             let severity = if are_few { Doubtful } else { Warning };
             all.push(Remark::new(severity, "shots-left-out", context! { used, of, shot, reason }));
         }
@@ -188,7 +188,7 @@ impl Fit {
             }
         }
         let is_of_discs = self.discs.is_some();
-        if let Some(reduced_chi2) = refutes(self.chi2, self.dof as f64, &Policy::default())
+        if let Some(reduced_chi2) = refutes(self.chi2, self.dof as f64)
             && is_of_discs
         {
             all.push(Remark::new(Doubtful, "refuted-contact", context! { reduced_chi2 }));

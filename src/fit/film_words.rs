@@ -12,7 +12,7 @@ use crate::film::frame_noise::constant_axis;
 use crate::measurement::dataset::Measured;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
-use crate::problem::{DiscImpact, Finding, Id, Policy, Severity, Solution};
+use crate::problem::{DiscImpact, Finding, Id, POLICY, Severity, Solution};
 use crate::words::Sentences;
 
 /// The words of every remark, by its kind.
@@ -109,7 +109,7 @@ fn spins(film: &FittedFilm) -> Values {
         tracks.filter_map(|(track, (_, found))| Some((stated(track.spin)?, found))).collect();
     let shots = all.len();
     let near = |spin: f64| all.iter().filter(|(_, found)| (found - spin).abs() < DIFFERS).count();
-    let are_most = |count: usize| Policy::default().are_most(count, shots);
+    let are_most = |count: usize| POLICY.are_most(count, shots);
     let (rolling, stun) = (near(1.0), near(0.0));
     let most = all.iter().map(|(stated, found)| (found - stated).abs()).fold(0.0, f64::max);
     let word = match most > DIFFERS {

@@ -12,7 +12,7 @@ use crate::measurement::observable::{Measured, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity};
-use crate::problem::{Component, Deviations, DiscFit, FitEnd, Id, MUS, Policy, ShiftScore, Slope, fit_discs};
+use crate::problem::{Component, Deviations, DiscFit, FitEnd, Id, MUS, ShiftScore, Slope, fit_discs};
 
 /// Number of shots that show how much shots differ.
 const LEAST_SHOTS: usize = 3;
@@ -30,7 +30,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         // rubber on rubber seldom has more than the last start
         mu.upper = MUS[MUS.len() - 1];
     }
-    let disc_fit = fit_discs(&dataset, &Policy::default()).map_err(|error| request.of_film(error))?;
+    let disc_fit = fit_discs(&dataset).map_err(|error| request.of_film(error))?;
     let DiscFit { solution, impacts, .. } = &disc_fit;
     let shots = solution.names[0].len();
     // a single shot shows no scatter

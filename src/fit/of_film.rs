@@ -9,12 +9,12 @@ use super::request::Request;
 use super::{Depth, Fit, FitError, doubts, film_words};
 use crate::measurement::dataset::Shot;
 use crate::measurement::spin::Spin;
-use crate::problem::{FitEnd, Id, Policy, fit_film};
+use crate::problem::{FitEnd, Id, fit_film};
 
 /// Fits all frames of a film.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let dataset = request.dataset;
-    let solution = fit_film(dataset, &choices(&request)?, &Policy::default());
+    let solution = fit_film(dataset, &choices(&request)?);
     let film = FittedFilm::new(solution.map_err(|error| request.of_film(error))?, dataset);
     let mut deviations = film.solution.deviations();
     for (found, track) in deviations.iter_mut().zip(film.tracks.iter()) {

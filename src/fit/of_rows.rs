@@ -10,12 +10,12 @@ use crate::measurement::number::plain;
 use crate::measurement::observable::Observable;
 use crate::physics::collision::{Coefficients, Fidelity};
 use crate::physics::friction_law::Law;
-use crate::problem::{Finding, FitEnd, Id, Policy, Slope, TableNoise, fit_rows, predict};
+use crate::problem::{Finding, FitEnd, Id, Slope, TableNoise, fit_rows, predict};
 
 /// Fits the shots of a table.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let dataset = request.dataset;
-    let rows = fit_rows(dataset, &choices(&request)?, &Policy::default());
+    let rows = fit_rows(dataset, &choices(&request)?);
     let rows = rows.map_err(|error| request.of_rows(error))?;
     let solution = &rows.solution;
     let deviations = solution.deviations();

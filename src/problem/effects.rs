@@ -4,7 +4,7 @@
 use super::evaluation::Evaluation;
 use super::findings::Finding;
 use super::minimise::{Descent, ENOUGH_SHOTS, FAR, Thinned, descend, descend_with_noise, thin};
-use super::policy::{COMPARED_STEPS, Policy, ROUGH};
+use super::policy::{COMPARED_STEPS, POLICY, ROUGH};
 use super::problem::{Problem, State};
 use super::unknowns::{Id, Mode};
 use crate::measurement::parameter::Compliance;
@@ -16,16 +16,15 @@ pub(super) fn choose_effects(
     problem: &mut Problem,
     descent: &mut Descent,
     (is_auto, compliance): (bool, Compliance),
-    policy: &Policy,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     if is_auto && compliance == Compliance::Auto {
-        findings.extend(comply(problem, descent, policy));
+        findings.extend(comply(problem, descent));
     }
-    let is_refuted = matches!(findings[..], [Finding::Compliance { fall, .. }] if fall < -policy.adopt);
+    let is_refuted = matches!(findings[..], [Finding::Compliance { fall, .. }] if fall < -POLICY.adopt);
     // the integrated contact is compliant, which one that is stated or seen to be rigid is not
     if is_auto && compliance != Compliance::Rigid && !is_refuted || problem.is_weighed() {
-        let least = if is_auto { policy.adopt } else { f64::NEG_INFINITY };
+        let least = if is_auto { POLICY.adopt } else { f64::NEG_INFINITY };
         let weigh = |problem: &mut Problem, state: &mut State| problem.weigh(state);
         let Tried { shots, fall, adopted } = adopt(problem, descent, weigh, least);
         findings.extend((is_auto && shots > 0).then_some(Finding::Weight { shots, fall, adopted }));
@@ -35,7 +34,7 @@ pub(super) fn choose_effects(
 
 /// Adopts a contact that is compliant along its surface, with the κ of phenolic resin, if it makes
 /// the data likelier by enough; `None` if no contact sticks, or κ is stated or free.
-pub(crate) fn comply(problem: &mut Problem, descent: &mut Descent, policy: &Policy) -> Option<Finding> {
+pub(crate) fn comply(problem: &mut Problem, descent: &mut Descent) -> Option<Finding> {
     let is_rigid = |column: &usize| {
         let kappa = &problem.unknowns[*column];
         kappa.mode == Mode::Fixed && kappa.start == 0.0
@@ -51,7 +50,7 @@ pub(crate) fn comply(problem: &mut Problem, descent: &mut Descent, policy: &Poli
         }
         problem.refresh_contact();
     };
-    let Tried { fall, adopted, .. } = adopt(problem, descent, give_way, policy.adopt);
+    let Tried { fall, adopted, .. } = adopt(problem, descent, give_way, POLICY.adopt);
     Some(Finding::Compliance { kappa: Model::KAPPA, shots, fall, adopted })
 }
 

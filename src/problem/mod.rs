@@ -60,7 +60,7 @@ pub(crate) use identifiability::Combination;
 pub(crate) use intervals::{FitEnd, MANY_SHOTS, MISLEADING};
 pub use intervals::{ParameterEstimate, Status};
 pub(crate) use offsets::{ShiftScore, Slope};
-pub(crate) use policy::{Choices, Policy};
+pub(crate) use policy::{Choices, POLICY};
 pub(crate) use rows::prediction::Deviations;
 pub use rows::prediction::{Prediction, predict};
 pub(crate) use rows::run::{fit_rows, refutes};
@@ -99,7 +99,7 @@ mod tests {
     use super::rows::table::Table;
     use super::sums::Noise;
     use super::unknowns::{Own, Shared};
-    use super::{Choices, FitEnd, Id, ParameterEstimate, Policy, Status, fit_film, fit_rows};
+    use super::{Choices, FitEnd, Id, ParameterEstimate, Status, fit_film, fit_rows};
     use crate::io;
     use crate::measurement::dataset::{Before, Dataset};
     use crate::measurement::loss::Loss;
@@ -135,7 +135,7 @@ mod tests {
     }
 
     fn fitted(dataset: &Dataset) -> FitEnd {
-        fit_rows(dataset, &FULL, &Policy::default()).unwrap()
+        fit_rows(dataset, &FULL).unwrap()
     }
 
     fn get(fit: &FitEnd, parameter: Parameter) -> ParameterEstimate {
@@ -222,7 +222,7 @@ mod tests {
     #[test]
     fn influence_is_what_a_shot_changes() {
         let mut dataset = rolls(10, 6);
-        let fitted = |dataset: &Dataset| fit_film(dataset, &Choices::default(), &Policy::default()).unwrap();
+        let fitted = |dataset: &Dataset| fit_film(dataset, &Choices::default()).unwrap();
         let all = fitted(&dataset);
         let influence = all.influence()[3].clone().unwrap();
         dataset.tracks.as_mut().unwrap().shots.remove(3);
@@ -237,7 +237,7 @@ mod tests {
     /// Films of one shot, of few frames and of no collision give a fit or an error.
     #[test]
     fn poor_films_give_a_fit_or_an_error() {
-        let fitted = |dataset: &Dataset| fit_film(dataset, &Choices::default(), &Policy::default());
+        let fitted = |dataset: &Dataset| fit_film(dataset, &Choices::default());
         assert!(fitted(&rolls(1, 5)).is_ok_and(|fit| fit.names[0].len() == 1));
         for count in [0, 1, 2, 7, 40] {
             for speed in [0.0, 1.0, f64::NAN] {

@@ -35,7 +35,6 @@ impl Choices {
 }
 
 /// Statistical choices.
-#[derive(Clone, Copy, Debug)]
 pub(crate) struct Policy {
     /// Tail probability of a frame, or of a run of frames at the end of a track, that is left out.
     /// One good frame in a million is lost.
@@ -83,6 +82,25 @@ pub(crate) struct Policy {
     pub(crate) undetermined_mu_s: f64,
 }
 
+/// The statistical choices.
+pub(crate) const POLICY: Policy = Policy {
+    frame_tail: 1e-6,
+    shot_tail: 1e-6,
+    max_lost: 0.34,
+    conflict: 3.3,
+    rate_conflict: 1.0,
+    doubted_rate_sd: 0.05,
+    cause: 10.0,
+    adopt: 6.0,
+    misfit: 2.0,
+    refuted: 25.0,
+    refuted_rows: 5.0,
+    side_spins: 0.1,
+    level: 0.05,
+    improbable: 0.001,
+    undetermined_mu_s: 0.15,
+};
+
 impl Policy {
     /// Returns whether a part of the shots are so many that the others may be left out.
     pub(crate) fn are_most(&self, part: usize, of: usize) -> bool {
@@ -93,27 +111,5 @@ impl Policy {
     pub(crate) fn keep_most(&self, keep: Vec<bool>) -> Vec<bool> {
         let kept = keep.iter().filter(|keep| **keep).count();
         if self.are_most(kept, keep.len()) { keep } else { vec![true; keep.len()] }
-    }
-}
-
-impl Default for Policy {
-    fn default() -> Self {
-        Self {
-            frame_tail: 1e-6,
-            shot_tail: 1e-6,
-            max_lost: 0.34,
-            conflict: 3.3,
-            rate_conflict: 1.0,
-            doubted_rate_sd: 0.05,
-            cause: 10.0,
-            adopt: 6.0,
-            misfit: 2.0,
-            refuted: 25.0,
-            refuted_rows: 5.0,
-            side_spins: 0.1,
-            level: 0.05,
-            improbable: 0.001,
-            undetermined_mu_s: 0.15,
-        }
     }
 }

@@ -17,7 +17,7 @@ use super::findings::{Differing, Finding, Severity};
 use super::intervals::errors_as_free;
 use super::loss::ShotLoss;
 use super::minimise::{Descent, descend_with_noise, fit};
-use super::policy::{Choices, Policy};
+use super::policy::{Choices, POLICY};
 use super::problem::{Problem, State, split_names};
 use super::solution::Solution;
 use super::sums::{Noise, ShotSums, Spread};
@@ -37,19 +37,19 @@ const MAX_CAUSES: usize = 3;
 ///
 /// # Errors
 /// See [`FilmError`].
-pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices, policy: &Policy) -> Result<Solution, FilmError> {
+pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices) -> Result<Solution, FilmError> {
     let Film { block, unknowns, own, names, left_out, findings, unit, middle } = Film::new(dataset, choices)?;
     let first_noise = block.noise;
     let start = State { own: vec![own], shared: Shared::starts(&unknowns) };
     let problem = Problem::of_one(Block::Film(block), unknowns);
     let all = (problem.clone(), names.clone());
-    let run = Run::minimise(policy, (problem, names), start.clone())?;
+    let run = Run::minimise((problem, names), start.clone())?;
     let mut run = run.without_false_shots(all, &start, &first_noise);
     run.findings.splice(..0, findings);
     run.leave_out_spoiled();
     let start = run.first.1.clone();
-    if slow_variance(&run.noise(), &first_noise) > policy.misfit {
-        let freed = causes::spin_freely(&run.problem, &run.descent.end, (&start, first_noise), policy);
+    if slow_variance(&run.noise(), &first_noise) > POLICY.misfit {
+        let freed = causes::spin_freely(&run.problem, &run.descent.end, (&start, first_noise));
         run.adopt(freed);
     }
     let how = (choices.fidelity.is_none(), dataset.settings.compliance);
@@ -75,11 +75,11 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices, policy: &Policy) ->
         run.findings.push(Finding::Lags);
     }
     let side = film.map(|film| film.spreads[SIDE_SPREAD]);
-    let is_wide = |side: &Spread| side.sd > policy.side_spins.max(2.0 * side.first);
+    let is_wide = |side: &Spread| side.sd > POLICY.side_spins.max(2.0 * side.first);
     run.findings.extend(side.filter(is_wide).map(|Spread { sd, .. }| Finding::SideSpins { sd }));
     let misfit = slow_variance(&run.noise(), &first_noise);
-    if misfit > policy.misfit {
-        run.findings.push(Finding::Misfit { ratio: misfit, refutes: misfit > policy.refuted });
+    if misfit > POLICY.misfit {
+        run.findings.push(Finding::Misfit { ratio: misfit, refutes: misfit > POLICY.refuted });
     }
     if !run.descent.converged {
         run.findings.push(Finding::NotConverged);
@@ -104,37 +104,31 @@ fn slow_variance(noise: &[Noise; 2], first: &[Noise; 2]) -> f64 {
 /// Returns which shots have the outcome of the others and frames as near to their paths, by a loss
 /// that gives gross errors little weight and with the noise that neighbouring frames show, and the
 /// state of all; `None` if all have them, or too few.
-fn judge_outcomes(problem: &Problem, start: &State, policy: &Policy) -> Option<(Vec<bool>, State)> {
+fn judge_outcomes(problem: &Problem, start: &State) -> Option<(Vec<bool>, State)> {
     let mut robust = problem.clone();
     let film = robust.film_mut()?;
     let numbers = Id::OFFSETS.len();
     (film.loss, film.states_noise) = (Some(ShotLoss::new(Loss::Cauchy, numbers)), true);
     let end = fit(&mut robust, start)?.end;
     let distance = |i: usize| end.shots[0][i].part.map_or(f64::INFINITY, |part| part.distance);
-    let keep = judge_shots(&end.shots[0], distance, 1.0, policy);
+    let keep = judge_shots(&end.shots[0], distance, 1.0);
     keep.contains(&false).then_some((keep, end.state))
 }
 
 /// Returns which shots have an outcome as near to the law as the others, at this distance from it
 /// in standard deviations, and frames as near to their paths; `least` is the least variance of the
 /// frames in units of their noise.
-fn judge_shots(
-    shots: &[ShotSums],
-    distance: impl Fn(usize) -> f64,
-    least: f64,
-    policy: &Policy,
-) -> Vec<bool> {
+fn judge_shots(shots: &[ShotSums], distance: impl Fn(usize) -> f64, least: f64) -> Vec<bool> {
     let outcome = |i| Squares { sum: distance(i).powi(2), count: Id::OFFSETS.len() as f64 };
-    let by_outcome = judge(&(0..shots.len()).map(outcome).collect::<Vec<_>>(), (0.0, 1.0), policy);
-    let by_frames = judge(&squares(shots), (0.0, least), policy);
+    let by_outcome = judge(&(0..shots.len()).map(outcome).collect::<Vec<_>>(), (0.0, 1.0));
+    let by_frames = judge(&squares(shots), (0.0, least));
     let keep = by_outcome.into_iter().zip(by_frames).map(|(outcome, frames)| outcome && frames);
-    policy.keep_most(keep.collect())
+    POLICY.keep_most(keep.collect())
 }
 
 /// A fit on its way: the problem and the end of its last descent.
 #[derive(Clone)]
-struct Run<'a> {
-    policy: &'a Policy,
+struct Run {
     problem: Problem,
     descent: Descent,
     names: Vec<String>,
@@ -143,17 +137,13 @@ struct Run<'a> {
     findings: Vec<Finding>,
 }
 
-impl<'a> Run<'a> {
+impl Run {
     /// Minimises, leaving out frames and shots that fit no collision.
-    fn minimise(
-        policy: &'a Policy,
-        (mut problem, names): (Problem, Vec<String>),
-        start: State,
-    ) -> Result<Self, FilmError> {
+    fn minimise((mut problem, names): (Problem, Vec<String>), start: State) -> Result<Self, FilmError> {
         let first = problem.clone();
         let descent = fit(&mut problem, &start).ok_or(FilmError::NoStart)?;
         let first = (first, start);
-        let mut run = Self { policy, problem, descent, names, first, findings: Vec::new() };
+        let mut run = Self { problem, descent, names, first, findings: Vec::new() };
         for round in 0..ROUNDS {
             let mut state = run.descent.end.state.clone();
             // wrong frames are left out before shots are judged; by a robust loss wrong shots count
@@ -163,7 +153,7 @@ impl<'a> Run<'a> {
             } else {
                 let distances = run.distances();
                 let distance = |i: usize| distances[i].unwrap_or(0.0);
-                judge_shots(&run.descent.end.shots[0], distance, f64::MIN_POSITIVE, policy)
+                judge_shots(&run.descent.end.shots[0], distance, f64::MIN_POSITIVE)
             };
             let frames = run.leave_out_frames(&state);
             if keep.contains(&false) {
@@ -193,14 +183,14 @@ impl<'a> Run<'a> {
         start: &State,
         first: &[Noise; 2],
     ) -> Self {
-        let is_good = |run: &Self| slow_variance(&run.noise(), first) <= run.policy.misfit;
+        let is_good = |run: &Self| slow_variance(&run.noise(), first) <= POLICY.misfit;
         if problem.is_robust() || is_good(&self) {
             return self;
         }
-        let Some((keep, mut state)) = judge_outcomes(&problem, start, self.policy) else { return self };
+        let Some((keep, mut state)) = judge_outcomes(&problem, start) else { return self };
         problem.retain(0, &mut state, &keep);
         let lost = Finding::LostShots { names: split_names(&mut names, &keep) };
-        let refit = Self::minimise(self.policy, (problem, names), state).ok().filter(is_good);
+        let refit = Self::minimise((problem, names), state).ok().filter(is_good);
         refit.map_or(self, |mut refit| {
             refit.findings.insert(0, lost);
             refit
@@ -211,7 +201,7 @@ impl<'a> Run<'a> {
     /// number.
     fn leave_out_frames(&mut self, state: &State) -> usize {
         let Some((film, first)) = self.problem.film_mut().zip(self.first.0.film_mut()) else { return 0 };
-        let frames = leave_out_frames(film, &state.own[0], &state.shared, self.policy);
+        let frames = leave_out_frames(film, &state.own[0], &state.shared);
         for (first, shot) in Arc::make_mut(&mut first.shots).iter_mut().zip(film.shots.iter()) {
             first.tracks = Arc::clone(&shot.tracks);
         }
@@ -245,8 +235,7 @@ impl<'a> Run<'a> {
         how: (bool, Compliance),
         first_noise: [Noise; 2],
     ) -> Result<Estimates, FilmError> {
-        let policy = self.policy;
-        let effects = choose_effects(&mut self.problem, &mut self.descent, how, policy);
+        let effects = choose_effects(&mut self.problem, &mut self.descent, how);
         let is_adopted = |effect: &Finding| {
             !matches!(
                 effect,
@@ -256,12 +245,12 @@ impl<'a> Run<'a> {
         self.findings.extend(effects.into_iter().filter(is_adopted));
         let mut estimates = self.estimates()?;
         for _ in 0..MAX_CAUSES {
-            let cause = causes::explain(&self.problem, &self.descent.end, &estimates, policy);
+            let cause = causes::explain(&self.problem, &self.descent.end, &estimates);
             // sliding explains a deceleration that no cloth has
             let is_said_to_roll = self.problem.film().is_some_and(|film| film.is_said_to_roll());
             let spins = cause.as_ref().filter(|_| is_said_to_roll).and_then(|cause| {
                 let first = (&self.first.1, first_noise);
-                let freed = causes::spin_freely(&self.problem, &self.descent.end, first, policy)?;
+                let freed = causes::spin_freely(&self.problem, &self.descent.end, first)?;
                 (freed.fall > cause.fall + 2.0 * self.names.len() as f64).then_some(freed)
             });
             if !self.adopt(spins.or(cause)) {
@@ -269,7 +258,7 @@ impl<'a> Run<'a> {
             }
             estimates = self.estimates()?;
         }
-        if self.adopt(causes::widen_rate(&self.problem, &self.descent.end, &estimates, policy)) {
+        if self.adopt(causes::widen_rate(&self.problem, &self.descent.end, &estimates)) {
             estimates = self.estimates()?;
         }
         Ok(estimates)
@@ -282,7 +271,7 @@ impl<'a> Run<'a> {
         let square = distances.iter().map(|distance| distance * distance).sum::<f64>();
         let numbers = (Id::OFFSETS.len() * distances.len()) as f64;
         let dof = numbers - estimates.count_data(&self.problem);
-        dof >= 1.0 && tail(square, dof) < self.policy.improbable && !self.problem.is_robust()
+        dof >= 1.0 && tail(square, dof) < POLICY.improbable && !self.problem.is_robust()
     }
 
     /// Returns how far the outcome of each shot is from the law, in standard deviations; `None` if
@@ -326,7 +315,7 @@ impl<'a> Run<'a> {
             let sd = estimates.sd(id as usize);
             // at a bound the error that it would have without one
             let as_free = as_free.as_ref().and_then(|all| all.sd(id as usize)).or(sd);
-            let is_vague = id == Id::MuS && as_free.is_some_and(|sd| sd > self.policy.undetermined_mu_s);
+            let is_vague = id == Id::MuS && as_free.is_some_and(|sd| sd > POLICY.undetermined_mu_s);
             if unknown.mode == Mode::Free && (sd.is_none() || is_vague) {
                 let is_at_bound = !is_vague && unknown.bounds.contains(&value);
                 self.findings.push(if is_at_bound {

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::evaluation::{Evaluation, Reduced};
-use super::policy::{Policy, STALL};
+use super::policy::{POLICY, STALL};
 use super::problem::Problem;
 use super::sums::Part;
 use super::unknowns::{Id, Mode, Unknown};
@@ -120,7 +120,7 @@ impl Estimates {
             let estimate = (x / variance - prior.mean * prior.sd.powi(-2)) / information;
             let size = (estimate - prior.mean) / (1.0 / information + prior.sd * prior.sd).sqrt();
             // what a search that stalls leaves of a pull is not a conflict
-            let least = STALL / Policy::default().conflict.powi(2);
+            let least = STALL / POLICY.conflict.powi(2);
             (information > least / variance).then_some(Suspect { id, estimate, size })
         };
         let suspects = problem.unknowns.iter().enumerate().filter_map(suspect);

@@ -15,7 +15,7 @@ use crate::numerics::median;
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::Point;
 use crate::problem::frames::PicturePaths;
-use crate::problem::policy::Policy;
+use crate::problem::policy::POLICY;
 
 /// Part of the distance of the centres by which the frames of a collision are off the paths at
 /// most.
@@ -71,8 +71,8 @@ impl DiscImpact {
     }
 
     /// Returns the reason for which no law can be fitted to the shot, if there is one.
-    pub(crate) fn find_fault(&self, policy: &Policy) -> Option<String> {
-        let Some(stuck) = &self.stuck else { return self.find_impossible_restitution(policy) };
+    pub(crate) fn find_fault(&self) -> Option<String> {
+        let Some(stuck) = &self.stuck else { return self.find_impossible_restitution() };
         Some(format!(
             "{}. What is fitted describes discs that part again; \"caromfit extract\" gives the motion of this shot",
             stuck.sentence()
@@ -81,7 +81,7 @@ impl DiscImpact {
 
     /// Returns the reason for which the shot cannot be used: its frames show no single collision,
     /// or other discs than those with these radii.
-    pub(super) fn find_unusable(&self, radii: Option<[f64; 2]>, policy: &Policy) -> Option<Unusable> {
+    pub(super) fn find_unusable(&self, radii: Option<[f64; 2]>) -> Option<Unusable> {
         // films of one dimension show no distance
         self.get("impulse_ratio")?;
         let distance = 1e-3 * self.get(DISTANCE)?.value.abs();
@@ -90,29 +90,29 @@ impl DiscImpact {
             return Some(Unusable::BadFit { reduced_chi2: self.misfit, rms_mm });
         }
         let expected = 1e3 * radii?.into_iter().sum::<f64>();
-        let [measured, error] = self.find_difference(DISTANCE, expected, DISTANCE_SD * expected, policy)?;
+        let [measured, error] = self.find_difference(DISTANCE, expected, DISTANCE_SD * expected)?;
         Some(Unusable::Separation { measured, expected, error })
     }
 
     /// Returns the doubt of an e that is not that of an impact.
-    fn find_impossible_restitution(&self, policy: &Policy) -> Option<String> {
+    fn find_impossible_restitution(&self) -> Option<String> {
         let possible = self.get("e")?.value.clamp(0.0, 1.0);
-        let [e, sd] = self.find_difference("e", possible, 0.0, policy)?;
+        let [e, sd] = self.find_difference("e", possible, 0.0)?;
         let e = with_error(e, sd);
         Some(format!("its e of {e} is not between 0 and 1, as that of any passive impact is"))
     }
 
     /// Returns a quantity and its standard error if it differs from an expectation with a standard
     /// deviation as seldom by chance as an outlying shot does.
-    fn find_difference(&self, column: &str, expected: f64, sd: f64, policy: &Policy) -> Option<[f64; 2]> {
+    fn find_difference(&self, column: &str, expected: f64, sd: f64) -> Option<[f64; 2]> {
         let Measured { value, sd: Some(error) } = self.get(column)? else { return None };
         let normal = Normal::new(0.0, error.hypot(sd)).ok()?;
-        (normal.sf((value - expected).abs()) < policy.shot_tail).then_some([value, error])
+        (normal.sf((value - expected).abs()) < POLICY.shot_tail).then_some([value, error])
     }
 
-    fn find_imbalance(&self, policy: &Policy) -> Option<String> {
+    fn find_imbalance(&self) -> Option<String> {
         ["along", "across"].into_iter().find_map(|direction| {
-            let [gained, sd] = self.find_difference(&format!("momentum_{direction}"), 0.0, 0.0, policy)?;
+            let [gained, sd] = self.find_difference(&format!("momentum_{direction}"), 0.0, 0.0)?;
             let verb = if gained < 0.0 { "lose" } else { "gain" };
             let (gained, sd) = (100.0 * gained.abs(), 100.0 * sd);
             Some(format!(
@@ -124,19 +124,19 @@ impl DiscImpact {
 }
 
 /// Adds what speaks against the impacts of a film.
-pub(super) fn find_doubts(impacts: &mut [DiscImpact], policy: &Policy) {
+pub(super) fn find_doubts(impacts: &mut [DiscImpact]) {
     let all: Vec<f64> = impacts.iter().filter_map(|impact| Some(impact.get(DISTANCE)?.value)).collect();
     let typical = (all.len() >= LEAST_SHOTS).then(|| median(all));
     for impact in impacts {
         let other = typical.and_then(|typical| {
             let [distance, _] =
-                impact.find_difference(DISTANCE, typical, DISTANCE_SD * typical, policy)?;
+                impact.find_difference(DISTANCE, typical, DISTANCE_SD * typical)?;
             Some(format!(
                 "its discs are {distance:.1} mm apart at the contact, where the median of all shots is {typical:.1} mm: the same \
                  discs touch at the same distance, so that these are others, or the scale or the tracked points are"
             ))
         });
-        let bent = (impact.misfit > policy.refuted).then(|| {
+        let bent = (impact.misfit > POLICY.refuted).then(|| {
             format!(
                 "its paths are not straight before and after one instant: they are off by {:.0} times the noise of the frames \
                  (χ²/dof is {:.0}); the contact lasts for several frames, or points were mistaken",
@@ -144,7 +144,7 @@ pub(super) fn find_doubts(impacts: &mut [DiscImpact], policy: &Policy) {
                 impact.misfit
             )
         });
-        let all = [impact.find_imbalance(policy), bent, impact.find_impossible_restitution(policy), other];
+        let all = [impact.find_imbalance(), bent, impact.find_impossible_restitution(), other];
         impact.doubts.extend(all.into_iter().flatten());
     }
 }

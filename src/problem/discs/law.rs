@@ -15,7 +15,7 @@ use crate::problem::film::film_data::FilmError;
 use crate::problem::film::priors::list_contact;
 use crate::problem::findings::Finding;
 use crate::problem::minimise::{different, grid};
-use crate::problem::policy::Policy;
+use crate::problem::policy::POLICY;
 use crate::problem::problem::{State, split_names};
 use crate::problem::solution::Solution;
 use crate::problem::sums::Scattered;
@@ -46,9 +46,9 @@ pub(crate) struct DiscFit {
 ///
 /// # Errors
 /// See [`FilmError`].
-pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, FilmError> {
-    let (mut free, impacts) = measure_discs(dataset, policy)?;
-    let fault = |impact: &DiscImpact| Some((impact.name.clone(), impact.find_fault(policy)?));
+pub(crate) fn fit_discs(dataset: &Dataset) -> Result<DiscFit, FilmError> {
+    let (mut free, impacts) = measure_discs(dataset)?;
+    let fault = |impact: &DiscImpact| Some((impact.name.clone(), impact.find_fault()?));
     free.left_out.extend(impacts.iter().filter_map(fault));
     let is_usable = |name: &String| free.left_out.iter().all(|(other, _)| other != name);
     let usable: Vec<bool> = free.names[0].iter().map(is_usable).collect();
@@ -56,22 +56,22 @@ pub(crate) fn fit_discs(dataset: &Dataset, policy: &Policy) -> Result<DiscFit, F
         return Err(FilmError::NoImpact(free.left_out));
     }
     keep_shots(&mut free, &usable);
-    let (mut fits, mut compliance) = choose_law(&free, &dataset.settings, policy)?;
+    let (mut fits, mut compliance) = choose_law(&free, &dataset.settings)?;
     for _ in 0..ROUNDS {
-        let keep = judge_shots(&fits[0], policy)?;
+        let keep = judge_shots(&fits[0])?;
         if !keep.contains(&false) {
             break;
         }
         let names = keep_shots(&mut free, &keep);
         free.findings.push(Finding::LostShots { names });
-        (fits, compliance) = choose_law(&free, &dataset.settings, policy)?;
+        (fits, compliance) = choose_law(&free, &dataset.settings)?;
     }
     free.findings.extend(compliance);
     let mut best = fits.remove(0);
     let rivals = fits.into_iter().map(|other| (unlikely(&other) - unlikely(&best), other.at));
-    let rivals: Vec<(f64, Evaluation)> = rivals.filter(|(rise, _)| *rise < policy.cause).collect();
+    let rivals: Vec<(f64, Evaluation)> = rivals.filter(|(rise, _)| *rise < POLICY.cause).collect();
     for _ in 0..ROUNDS {
-        let Some(refit) = explain(&best.problem, &best.at, &best.covariance, policy) else { break };
+        let Some(refit) = explain(&best.problem, &best.at, &best.covariance) else { break };
         free.findings.extend(refit.finding);
         best = solve(refit.problem, refit.descent)?;
     }
@@ -92,11 +92,7 @@ fn keep_shots(Solution { problem, at, names, .. }: &mut Solution, keep: &[bool])
 /// Returns the minima with the likelier law, the likeliest first, and the finding that its contact
 /// is compliant though that is not stated. A single shot shows no law of friction, nor do shots
 /// whose slip is free.
-fn choose_law(
-    free: &Solution,
-    settings: &Settings,
-    policy: &Policy,
-) -> Result<(Vec<Solution>, Option<Finding>), FilmError> {
+fn choose_law(free: &Solution, settings: &Settings) -> Result<(Vec<Solution>, Option<Finding>), FilmError> {
     let block = free.problem.discs().ok_or(FilmError::NoFilm)?;
     let shots = block.shots.len();
     let shows_friction = block.shots.iter().filter(|shot| shot.knows_slip).count() > 1;
@@ -120,7 +116,7 @@ fn choose_law(
     let compliant = fit_law(free, &law)?;
     // beyond the equations that define the parameters only if the shots show it
     let fall = unlikely(&stated[0]) - unlikely(&compliant[0]);
-    if fall <= policy.cause {
+    if fall <= POLICY.cause {
         return Ok((stated, None));
     }
     let kappa = compliant[0].value(Id::Kappa);
@@ -158,7 +154,7 @@ fn unlikely(fit: &Solution) -> f64 {
 
 /// Returns whether each shot is kept: its e and J_t/J_n, momentum, spins and distance differ from
 /// those of the others by no more than chance makes them.
-fn judge_shots(fit: &Solution, policy: &Policy) -> Result<Vec<bool>, FilmError> {
+fn judge_shots(fit: &Solution) -> Result<Vec<bool>, FilmError> {
     let spreads = fit.problem.samples[0].block.spreads();
     let reduced = fit.at.reduced().ok_or(FilmError::Undetermined)?;
     let squares = |(i, scattered): (usize, &Vec<Scattered>)| {
@@ -174,7 +170,7 @@ fn judge_shots(fit: &Solution, policy: &Policy) -> Result<Vec<bool>, FilmError> 
         Squares { sum: squares.iter().sum(), count: squares.len() as f64 }
     };
     let scattered = fit.at.shots[0].iter().map(|shot| &shot.scattered).enumerate();
-    Ok(judge(&scattered.map(squares).collect::<Vec<_>>(), (0.0, 1.0), policy))
+    Ok(judge(&scattered.map(squares).collect::<Vec<_>>(), (0.0, 1.0)))
 }
 
 impl DiscFit {

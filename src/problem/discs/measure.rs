@@ -15,7 +15,7 @@ use crate::problem::film::film_data::{Film, FilmError};
 use crate::problem::film::outliers::outlying;
 use crate::problem::frames::{Frame, PicturePaths, Sight};
 use crate::problem::minimise::{Descent, descend, descend_with_noise};
-use crate::problem::policy::{Policy, STALL};
+use crate::problem::policy::{POLICY, STALL};
 use crate::problem::problem::{Problem, State};
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
@@ -66,28 +66,25 @@ pub(super) fn solve(problem: Problem, descent: Descent) -> Result<Solution, Film
 ///
 /// # Errors
 /// See [`FilmError`].
-pub(crate) fn measure_discs(
-    dataset: &Dataset,
-    policy: &Policy,
-) -> Result<(Solution, Vec<DiscImpact>), FilmError> {
-    let (mut solution, mut impacts) = measure(dataset, policy)?;
+pub(crate) fn measure_discs(dataset: &Dataset) -> Result<(Solution, Vec<DiscImpact>), FilmError> {
+    let (mut solution, mut impacts) = measure(dataset)?;
     let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
     impacts.retain(|impact| {
-        let fault = impact.find_unusable(discs.and_then(|discs| discs.radii), policy);
+        let fault = impact.find_unusable(discs.and_then(|discs| discs.radii));
         solution.left_out.extend(fault.iter().map(|fault| (impact.name.clone(), fault.to_string())));
         fault.is_none()
     });
     if impacts.is_empty() {
         return Err(FilmError::NoImpact(solution.left_out));
     }
-    find_doubts(&mut impacts, policy);
+    find_doubts(&mut impacts);
     Ok((solution, impacts))
 }
 
 /// Measures all shots of the films of a data set: e, J_t/J_n, spins and balance of momentum of each
 /// may be any. Returns the minimum, with camera, decelerations, and the motion of the discs, and
 /// the measurements of each shot.
-fn measure(dataset: &Dataset, policy: &Policy) -> Result<(Solution, Vec<DiscImpact>), FilmError> {
+fn measure(dataset: &Dataset) -> Result<(Solution, Vec<DiscImpact>), FilmError> {
     let Film { block, mut unknowns, own, left_out, findings, unit, middle, .. } = Film::of_discs(dataset)?;
     unknowns[..LAW].iter_mut().for_each(|unknown| unknown.mode = Mode::Fixed);
     let few = usize::from(own.len() < LEAST_SHOTS);
@@ -102,14 +99,14 @@ fn measure(dataset: &Dataset, policy: &Policy) -> Result<(Solution, Vec<DiscImpa
         block.choose_frames(&state, LEFT_OUT);
         // frames beyond those that were fitted may be off the path
         if i > 0 {
-            block.drop_frames(&state, policy);
+            block.drop_frames(&state);
         }
         state = descend(&problem, problem.evaluate(state), &free, (STEPS, STALL)).end.state;
     }
     state = descend_with_noise(&mut problem, state).end.state;
     for _ in 0..OUTLIER_ROUNDS {
         let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
-        if !block.drop_frames(&state, policy) {
+        if !block.drop_frames(&state) {
             break;
         }
         block.choose_frames(&state, LEFT_OUT);
@@ -117,12 +114,12 @@ fn measure(dataset: &Dataset, policy: &Policy) -> Result<(Solution, Vec<DiscImpa
     }
     let mut solution = settle(problem, state)?;
     while let Some(block) = solution.problem.discs_mut()
-        && block.come_nearer(policy)
+        && block.come_nearer()
     {
         block.choose_frames(&solution.at.state, LEFT_OUT);
         solution = settle(solution.problem, solution.at.state)?;
     }
-    let impacts = list_impacts(&solution, (unit, middle), policy)?;
+    let impacts = list_impacts(&solution, (unit, middle))?;
     Ok((Solution { unit, middle: middle.into(), findings, left_out, ..solution }, impacts))
 }
 
@@ -151,14 +148,14 @@ impl DiscBlock {
     /// Halves the reach of shots whose frames are off the paths: decelerations are even for a while
     /// only. In the end takes the largest whose frames are not significantly farther off than those
     /// next to the impact. Returns whether a reach has changed.
-    fn come_nearer(&mut self, policy: &Policy) -> bool {
+    fn come_nearer(&mut self) -> bool {
         let misfits: Vec<f64> = (0..self.shots.len()).map(|i| self.misfit(i)).collect();
         let mut changed = false;
         for (shot, misfit) in Arc::make_mut(&mut self.shots).iter_mut().zip(misfits) {
             let (last, Some(tried)) = (shot.reach, &mut shot.tried) else { continue };
             tried.push((last, misfit));
-            if misfit < policy.misfit || last < 2.0 * LEAST_REACH {
-                let is_near = |(_, farther): &&(f64, f64)| *farther <= policy.misfit * misfit;
+            if misfit < POLICY.misfit || last < 2.0 * LEAST_REACH {
+                let is_near = |(_, farther): &&(f64, f64)| *farther <= POLICY.misfit * misfit;
                 shot.reach = tried.iter().find(is_near).map_or(last, |(reach, _)| *reach);
                 shot.tried = None;
             } else {
@@ -188,13 +185,13 @@ impl DiscBlock {
 
     /// Drops frames that stand out, and the ends of tracks at which a point has left its path;
     /// returns whether it drops any.
-    fn drop_frames(&mut self, state: &State, policy: &Policy) -> bool {
+    fn drop_frames(&mut self, state: &State) -> bool {
         let mut changed = false;
         for (i, own) in state.own[0].iter().enumerate() {
             let sights = self.sights(i, own, &state.shared);
             let shot = &mut Arc::make_mut(&mut self.shots)[i];
             for (track, sights) in shot.tracks.iter_mut().zip(sights) {
-                let outlying = outlying(&sights, own[own::TIME], policy);
+                let outlying = outlying(&sights, own[own::TIME]);
                 let mut index = 0..;
                 track.frames.retain(|_| index.next().is_some_and(|index| !outlying.contains(&index)));
                 shot.outliers += outlying.len();
@@ -206,20 +203,16 @@ impl DiscBlock {
 
     /// Returns whether frames of shot `i` next to the impact, in which the discs then still touch,
     /// are off the paths.
-    fn touches(&self, i: usize, own: &Own, shared: &Shared, policy: &Policy) -> bool {
+    fn touches(&self, i: usize, own: &Own, shared: &Shared) -> bool {
         let sights = self.sights(i, own, shared);
         let is_near = |frame: &&Sight<_>| (frame.time - own[own::TIME]).abs() * self.shots[i].fps <= LEFT_OUT;
         let squares: Vec<f64> = sights.iter().flatten().filter(is_near).map(Sight::square).collect();
-        tail(squares.iter().sum(), 2.0 * squares.len() as f64) < policy.frame_tail
+        tail(squares.iter().sum(), 2.0 * squares.len() as f64) < POLICY.frame_tail
     }
 }
 
 /// Returns the table of what was measured, of a film with this unit in metres and this middle.
-fn list_impacts(
-    solution: &Solution,
-    film: (f64, Point),
-    policy: &Policy,
-) -> Result<Vec<DiscImpact>, FilmError> {
+fn list_impacts(solution: &Solution, film: (f64, Point)) -> Result<Vec<DiscImpact>, FilmError> {
     let (block, end) = (solution.problem.discs().ok_or(FilmError::NoFilm)?, &solution.at);
     let reduced = end.reduced().ok_or(FilmError::Undetermined)?;
     let mut with_all = block.clone();
@@ -252,7 +245,7 @@ fn list_impacts(
             misfit: block.misfit(i),
             frames: times.len(),
             window: [ends[0]?, ends[1]?],
-            touches: shot.stuck.is_none() && with_all.touches(i, own, &end.state.shared, policy),
+            touches: shot.stuck.is_none() && with_all.touches(i, own, &end.state.shared),
             outliers: shot.outliers,
             radii: motion.radii.map(|radius| radius.re),
             stuck: shot.stuck,

@@ -8,7 +8,7 @@ use super::spins::ShotSpin;
 use crate::problem::evaluation::Evaluation;
 use crate::problem::findings::Finding;
 use crate::problem::minimise::{Descent, descend_with_noise, fit};
-use crate::problem::policy::Policy;
+use crate::problem::policy::POLICY;
 use crate::problem::problem::{Problem, State};
 use crate::problem::sums::Noise;
 use crate::problem::uncertainty::{Estimates, Suspect};
@@ -53,13 +53,8 @@ impl Refit {
 }
 
 /// Returns the refit with the suspect that lowers χ² most, if the decrease is significant.
-pub(crate) fn explain(
-    problem: &Problem,
-    at: &Evaluation,
-    estimates: &Estimates,
-    policy: &Policy,
-) -> Option<Refit> {
-    let rank = |suspect: &Suspect| suspect.size.powi(2) / threshold(problem.unknown(suspect.id), policy);
+pub(crate) fn explain(problem: &Problem, at: &Evaluation, estimates: &Estimates) -> Option<Refit> {
+    let rank = |suspect: &Suspect| suspect.size.powi(2) / threshold(problem.unknown(suspect.id));
     let is_likely = |suspect: &Suspect| {
         let [low, high] = problem.unknown(suspect.id).bounds;
         (low..=high).contains(&suspect.estimate) && rank(suspect) > 0.5
@@ -68,14 +63,14 @@ pub(crate) fn explain(
     suspects.retain(is_likely);
     suspects.sort_by(|a, b| rank(b).total_cmp(&rank(a)));
     let suspects = suspects.into_iter().take(MAX_SUSPECTS);
-    let mut all: Vec<Freed> = suspects.filter_map(|suspect| let_in(problem, at, suspect, policy)).collect();
+    let mut all: Vec<Freed> = suspects.filter_map(|suspect| let_in(problem, at, suspect)).collect();
     all.sort_by(|a, b| b.fall.total_cmp(&a.fall));
-    all.into_iter().find_map(|freed| freed.named(policy))
+    all.into_iter().find_map(|freed| freed.named())
 }
 
 /// Returns the decrease of χ² that names an unknown.
-fn threshold(unknown: &Unknown, policy: &Policy) -> f64 {
-    if unknown.mode == Mode::Tested { policy.cause } else { policy.conflict.powi(2) }
+fn threshold(unknown: &Unknown) -> f64 {
+    if unknown.mode == Mode::Tested { POLICY.cause } else { POLICY.conflict.powi(2) }
 }
 
 /// The least χ² with a suspect free and without its prior.
@@ -89,7 +84,7 @@ struct Freed {
 }
 
 /// Returns the least χ² with a suspect free and without its prior, if χ² decreases by enough.
-fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy) -> Option<Freed> {
+fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect) -> Option<Freed> {
     let id = suspect.id;
     let mut wider = problem.clone();
     let before = *wider.unknown(id);
@@ -110,12 +105,12 @@ fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect, policy: &Policy)
         }
     }
     let fall = at.cost - cost;
-    (fall > threshold(&before, policy)).then_some(Freed { before, problem: wider, state, fall })
+    (fall > threshold(&before)).then_some(Freed { before, problem: wider, state, fall })
 }
 
 impl Freed {
     /// Returns the refit with what it finds; `None` if the suspect is not far from what is known.
-    fn named(self, policy: &Policy) -> Option<Refit> {
+    fn named(self) -> Option<Refit> {
         let Self { before, problem, state, fall } = self;
         let id = before.id;
         let refit = Refit::from(problem, state, fall);
@@ -130,7 +125,7 @@ impl Freed {
         } else {
             Finding::Conflict { id, stated, estimate, sd, size }
         };
-        let is_named = before.prior.is_none() || size.abs() >= policy.conflict;
+        let is_named = before.prior.is_none() || size.abs() >= POLICY.conflict;
         is_named.then_some(Refit { finding: Some(finding), ..refit })
     }
 }
@@ -158,25 +153,20 @@ fn descend_from(problem: &Problem, state: &State, id: Id, values: &[f64]) -> Opt
 
 /// Returns the refit with a wider prior of the frame rate if the frames disagree with the stated
 /// one moderately: they seldom determine the rate, and a wrong one biases e by more than its error.
-pub(crate) fn widen_rate(
-    problem: &Problem,
-    at: &Evaluation,
-    estimates: &Estimates,
-    policy: &Policy,
-) -> Option<Refit> {
+pub(crate) fn widen_rate(problem: &Problem, at: &Evaluation, estimates: &Estimates) -> Option<Refit> {
     let id = Id::Rate;
     let stated = problem.unknown(id).active_prior().filter(|prior| prior.sd == RATE_SD)?.mean;
     let conflict = estimates.suspects(problem, at).into_iter().find(|suspect| suspect.id == id)?;
-    if conflict.size.abs() < policy.rate_conflict {
+    if conflict.size.abs() < POLICY.rate_conflict {
         return None;
     }
     let mut wider = problem.clone();
-    wider.unknown_mut(id).prior = Some(Normal { mean: stated, sd: policy.doubted_rate_sd });
+    wider.unknown_mut(id).prior = Some(Normal { mean: stated, sd: POLICY.doubted_rate_sd });
     let mut refit = Refit::from(wider, at.state.clone(), 0.0);
     if let Some((estimate, sd)) = refit.estimate(id) {
         let size = (estimate - stated) / sd;
         let conflict = Finding::Conflict { id, stated, estimate, sd, size };
-        refit.finding = (size.abs() > policy.conflict).then_some(conflict);
+        refit.finding = (size.abs() > POLICY.conflict).then_some(conflict);
     }
     Some(refit)
 }
@@ -187,7 +177,6 @@ pub(crate) fn spin_freely(
     problem: &Problem,
     at: &Evaluation,
     (first, noise): (&State, [Noise; 2]),
-    policy: &Policy,
 ) -> Option<Refit> {
     // a spin of its own for each shot would explain wrong shots that count less
     if problem.is_robust() || problem.film()?.shots.iter().all(|shot| shot.spin.is_unknown()) {
@@ -207,7 +196,7 @@ pub(crate) fn spin_freely(
     same.film_mut()?.noise = problem.film()?.noise;
     let fall = at.cost - same.evaluate(state.clone()).cost;
     let shots = &free.film()?.shots;
-    if !(fall > policy.cause + 2.0 * shots.len() as f64) {
+    if !(fall > POLICY.cause + 2.0 * shots.len() as f64) {
         return None;
     }
     let sliding = shots.iter().zip(&state.own[0]).filter(|(shot, _)| !shot.spin.rolls);

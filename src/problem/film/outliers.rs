@@ -17,7 +17,7 @@ use crate::measurement::track::TrackedBall;
 use crate::numerics::{SIGNIFICANT, median};
 use crate::problem::false_shots::{Squares, tail};
 use crate::problem::frames::Sight;
-use crate::problem::policy::Policy;
+use crate::problem::policy::POLICY;
 use crate::problem::sums::ShotSums;
 use crate::problem::unknowns::{Own, Shared};
 
@@ -50,10 +50,10 @@ const MAX_BEFORE: f64 = 0.4;
 
 /// Leaves out frames that stand out alone, and the ends of tracks at which the ball has left its
 /// path; returns the number of frames left out.
-pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Shared, policy: &Policy) -> usize {
+pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Shared) -> usize {
     let judge = |(shot, own): (&FilmedShot, &Own)| {
         let sights = ShotAt { film, shot, own, shared }.sights().unwrap_or_default();
-        sights.map(|sights| outlying(&sights, own[own::TIME], policy))
+        sights.map(|sights| outlying(&sights, own[own::TIME]))
     };
     let all: Vec<[Vec<usize>; 2]> = film.shots.par_iter().zip(own).map(judge).collect();
     let has_any = |(_, of_shot): &(&mut FilmedShot, &[Vec<usize>; 2])| !of_shot.concat().is_empty();
@@ -68,12 +68,12 @@ pub(crate) fn leave_out_frames(film: &mut FilmBlock, own: &[Own], shared: &Share
 }
 
 /// Returns the indices of the frames of one ball that are left out.
-pub(crate) fn outlying<const R: usize>(frames: &[Sight<R>], instant: f64, policy: &Policy) -> Vec<usize> {
+pub(crate) fn outlying<const R: usize>(frames: &[Sight<R>], instant: f64) -> Vec<usize> {
     // by the median, 2 ln 2 of two normal coordinates, so that wrong frames do not hide each other
     let scale = (median(frames.iter().map(Sight::square).collect()) / (2.0 * LN_2)).max(1.0);
     let first_after = frames.partition_point(|frame| frame.time < instant);
     let sum = |frames: &[Sight<R>]| frames.iter().map(|frame| frame.square().min(1e6)).sum::<f64>() / scale;
-    let is_off = |frames: &[Sight<R>]| tail(sum(frames), 2.0 * frames.len() as f64) < policy.frame_tail;
+    let is_off = |frames: &[Sight<R>]| tail(sum(frames), 2.0 * frames.len() as f64) < POLICY.frame_tail;
     let (mut from, mut to) = (0, frames.len());
     while to > first_after + LEAST_FRAMES + BLOCK && is_off(&frames[to - BLOCK..to]) {
         to -= BLOCK;

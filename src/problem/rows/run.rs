@@ -18,7 +18,7 @@ use crate::problem::intervals::{FitEnd, determine, errors_as_free};
 use crate::problem::minimise::{
     Descent, ENOUGH_SHOTS, MAX_STEPS, descend, descend_from_grid, descend_with_noise,
 };
-use crate::problem::policy::{Choices, Policy, STALL};
+use crate::problem::policy::{Choices, POLICY, STALL};
 use crate::problem::problem::{Problem, State};
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::{Estimates, robust_covariance};
@@ -31,22 +31,22 @@ const BESIDE: f64 = 1e-9;
 ///
 /// # Errors
 /// See [`RowsError`].
-pub(crate) fn fit_rows(dataset: &Dataset, choices: &Choices, policy: &Policy) -> Result<FitEnd, RowsError> {
+pub(crate) fn fit_rows(dataset: &Dataset, choices: &Choices) -> Result<FitEnd, RowsError> {
     let mut table = Table::new(dataset, choices)?;
     let mut descent = table.fit()?;
-    let keep = judge_rows(&table.problem, &descent.end.state, policy);
+    let keep = judge_rows(&table.problem, &descent.end.state);
     if keep.contains(&false) {
         table.leave_out(&keep);
         descent = table.fit()?;
     }
-    if table.split_noise(&descent.end, policy) {
+    if table.split_noise(&descent.end) {
         descent = descend_with_noise(&mut table.problem, descent.end.state);
     }
     let is_auto = choices.fidelity.is_none();
     let how = (is_auto, dataset.settings.compliance);
-    let effects = choose_effects(&mut table.problem, &mut descent, how, policy);
+    let effects = choose_effects(&mut table.problem, &mut descent, how);
     table.findings.extend(effects);
-    if let Some(explained) = explain(&table, &descent.end, policy).filter(|_| is_auto) {
+    if let Some(explained) = explain(&table, &descent.end).filter(|_| is_auto) {
         table.findings.extend(explained.finding);
         (table.problem, descent) = (explained.problem, explained.descent);
     }
@@ -76,7 +76,7 @@ pub(crate) fn fit_rows(dataset: &Dataset, choices: &Choices, policy: &Policy) ->
     {
         descent = Descent { end, ..descent };
     }
-    Ok(finish(table, (descent, others), choices, policy))
+    Ok(finish(table, (descent, others), choices))
 }
 
 /// Returns the minimum of χ² + V, V = Σ ln det of the own unknowns' normal matrices: unmeasured
@@ -109,12 +109,7 @@ fn integrate_spins(problem: &Problem, at: &Evaluation) -> Option<Evaluation> {
 }
 
 /// Computes what is known at a minimum, besides the ends of descents from elsewhere.
-fn finish(
-    table: Table,
-    (descent, others): (Descent, Vec<Evaluation>),
-    choices: &Choices,
-    policy: &Policy,
-) -> FitEnd {
+fn finish(table: Table, (descent, others): (Descent, Vec<Evaluation>), choices: &Choices) -> FitEnd {
     let Table { problem, names, left_out, findings } = table;
     let (mut covariance, undetermined) = determine(&problem, &descent.end);
     let noises = list_noises(&problem, &descent.end, &covariance);
@@ -126,7 +121,7 @@ fn finish(
     }
     let mut solution =
         Solution { findings, left_out, ..Solution::new(problem, descent, covariance, vec![names]) };
-    let refuted = refutes(solution.at.cost, solution.dof() as f64, policy);
+    let refuted = refutes(solution.at.cost, solution.dof() as f64);
     let refuted = refuted.filter(|_| noises.is_empty() && !is_robust);
     if let Some(ratio) = refuted {
         solution.findings.push(Finding::Misfit { ratio, refutes: true });
@@ -146,15 +141,15 @@ fn finish(
 
 /// Returns the refit with what explains residuals that the stated errors do not: another ratio of
 /// the masses, or a friction or restitution that decreases with speed.
-fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
+fn explain(table: &Table, at: &Evaluation) -> Option<Refit> {
     let mut wider = table.problem.clone();
     let rows = wider.rows()?;
     let estimates = Estimates::new(&wider, at)?;
     let chance = tail(at.cost, rows.count_numbers() as f64 - estimates.count_without_prior(&wider) as f64);
     let is_stated = rows.noises.is_empty() && rows.loss == Loss::Squares;
     let conflicts = estimates.suspects(&wider, at);
-    let is_contradicted = conflicts.iter().any(|conflict| conflict.size.abs() > policy.conflict);
-    if !is_stated || (chance > policy.shot_tail && !is_contradicted) {
+    let is_contradicted = conflicts.iter().any(|conflict| conflict.size.abs() > POLICY.conflict);
+    if !is_stated || (chance > POLICY.shot_tail && !is_contradicted) {
         return None;
     }
     let knows_speed = rows.shots.iter().all(|shot| shot.knows_speed);
@@ -166,12 +161,12 @@ fn explain(table: &Table, at: &Evaluation, policy: &Policy) -> Option<Refit> {
     }
     wider.refresh_contact();
     let at = wider.evaluate(at.state.clone());
-    causes::explain(&wider, &at, &Estimates::new(&wider, &at)?, policy)
+    causes::explain(&wider, &at, &Estimates::new(&wider, &at)?)
 }
 
 /// Returns whether each shot is kept, by its distance from a robust fit, in which gross errors
 /// count little.
-pub(super) fn judge_rows(problem: &Problem, state: &State, policy: &Policy) -> Vec<bool> {
+pub(super) fn judge_rows(problem: &Problem, state: &State) -> Vec<bool> {
     let squares = |problem: &Problem, state: &State| -> Vec<Squares> {
         let rows = problem.rows().into_iter().flat_map(|rows| rows.shots.iter());
         let at = problem.evaluate(state.clone());
@@ -181,9 +176,7 @@ pub(super) fn judge_rows(problem: &Problem, state: &State, policy: &Policy) -> V
         distances.zip(rows.map(|shot| shot.rows.len())).map(squares_of).collect()
     };
     let stays = vec![true; state.own[0].len()];
-    if problem.is_robust()
-        || !candidates(&squares(problem, state), least_scale(problem), policy).contains(&true)
-    {
+    if problem.is_robust() || !candidates(&squares(problem, state), least_scale(problem)).contains(&true) {
         return stays;
     }
     let mut robust = problem.clone();
@@ -192,7 +185,7 @@ pub(super) fn judge_rows(problem: &Problem, state: &State, policy: &Policy) -> V
     }
     let descent = descend_with_noise(&mut robust, state.clone());
     let unknowns = problem.free().len() as f64;
-    judge(&squares(&robust, &descent.end.state), (unknowns, least_scale(&robust)), policy)
+    judge(&squares(&robust, &descent.end.state), (unknowns, least_scale(&robust)))
 }
 
 /// Returns the least variance of the residuals in units of the noise: 1 if it is stated, what
@@ -209,18 +202,18 @@ fn least_scale(problem: &Problem) -> f64 {
 /// Returns χ² per degree of freedom of numbers with stated errors if it rules the model out. As
 /// many parameters as numbers should leave no residual; what they leave is judged as one degree of
 /// freedom.
-pub(crate) fn refutes(chi2: f64, dof: f64, policy: &Policy) -> Option<f64> {
+pub(crate) fn refutes(chi2: f64, dof: f64) -> Option<f64> {
     let dof = dof.max(1.0);
-    (tail(chi2, dof) < policy.shot_tail && chi2 > policy.refuted_rows * dof).then_some(chi2 / dof)
+    (tail(chi2, dof) < POLICY.shot_tail && chi2 > POLICY.refuted_rows * dof).then_some(chi2 / dof)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Policy, refutes};
+    use super::refutes;
 
     #[test]
     fn both_the_probability_and_the_size_of_chi2_count() {
-        let is_refuted = |chi2, dof| refutes(chi2, dof, &Policy::default()).is_some();
+        let is_refuted = |chi2, dof| refutes(chi2, dof).is_some();
         assert!(is_refuted(3736.0, 1.0));
         // many shots with noise stated too small by a third
         assert!(!is_refuted(1800.0, 1000.0));

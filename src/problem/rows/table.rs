@@ -20,7 +20,7 @@ use crate::problem::film::priors::list_contact;
 use crate::problem::findings::Finding;
 use crate::problem::minimise::{Descent, fit};
 use crate::problem::noise::MIN_DOF_OF_NOISE;
-use crate::problem::policy::{Choices, Policy};
+use crate::problem::policy::{Choices, POLICY};
 use crate::problem::problem::{Problem, Sample, State, split_names};
 use crate::problem::sums::{Noise, NoiseSums};
 use crate::problem::uncertainty::Estimates;
@@ -124,7 +124,7 @@ impl Table {
 
     /// Gives the observables of a unit noises of their own if their variances differ by more than
     /// by chance; returns whether one has changed.
-    pub(crate) fn split_noise(&mut self, at: &Evaluation, policy: &Policy) -> bool {
+    pub(crate) fn split_noise(&mut self, at: &Evaluation) -> bool {
         let mut split = self.problem.clone();
         let (Some(rows), Some(of_split)) = (self.problem.rows_mut(), split.rows_mut()) else { return false };
         of_split.group_noises(|_| true);
@@ -142,7 +142,7 @@ impl Table {
             let own = found.iter().filter(|found| pool.observables.contains(&found.pool.observables[0]));
             let own = own.map(|found| (found.square.max(found.dof * least), found.dof));
             let own: Vec<(f64, f64)> = own.filter(|(_, dof)| *dof >= MIN_DOF_OF_BARTLETT).collect();
-            compare_variances(&own).is_some_and(|p| p < policy.improbable)
+            compare_variances(&own).is_some_and(|p| p < POLICY.improbable)
         };
         let unequal = rows.pools.iter().zip(&rows.noises).filter(is_unequal);
         let unequal: Vec<Observable> = unequal.flat_map(|(pool, _)| pool.observables.clone()).collect();
