@@ -97,8 +97,11 @@ pub(crate) fn suspicious(dataset: &Dataset, shots: &[&Shot], sliding: Option<Mea
     {
         findings.push(Finding::new(None, "sliding", context! { value, sd }));
     }
-    let cuts = || shots.iter().filter_map(|shot| shot.before.cut());
-    if cuts().count() > 1 && cuts().all(|cut| cut.abs() < FRAC_PI_2.to_radians()) {
+    let is_thick = |shot: &&Shot| match shot.before {
+        Before::Angle { cut, .. } => cut.value.abs() < FRAC_PI_2.to_radians(),
+        Before::Impact { .. } => false,
+    };
+    if shots.len() > 1 && shots.iter().all(is_thick) {
         findings.push(Finding::new(None, "radians", context! {}));
     }
     findings.extend(shots.iter().flat_map(|shot| of_shot(shot)));

@@ -262,13 +262,3 @@ pub enum Before {
         speed: Option<Measured>,
     },
 }
-
-impl Before {
-    /// Returns the cut angle of kind `angles`, rad.
-    pub(crate) fn cut(&self) -> Option<f64> {
-        match self {
-            Self::Angle { cut, .. } => Some(cut.value),
-            Self::Impact { .. } => None,
-        }
-    }
-}
