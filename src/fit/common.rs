@@ -212,9 +212,9 @@ impl<'a> Fitted<'a> {
         rejected(stated.iter().chain(unstated).cloned().chain(lost))
     }
 
-    /// Returns the parameters of the contact whose estimates are such.
-    fn of_contact(&self, is_such: impl Fn(&Estimate) -> bool) -> Vec<Parameter> {
-        let some = self.estimates.iter().filter(|e| !e.parameter.is_of_balls() && is_such(e));
+    /// Returns the parameters of the contact whose estimates meet a condition.
+    fn of_contact(&self, meets: impl Fn(&Estimate) -> bool) -> Vec<Parameter> {
+        let some = self.estimates.iter().filter(|e| !e.parameter.is_of_balls() && meets(e));
         some.map(|e| e.parameter).collect()
     }
 

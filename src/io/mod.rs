@@ -42,7 +42,7 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
     let is_toml = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     if !is_toml || !file.is_file() {
         let message = if file.is_file() {
-            "is a table; expected a dataset.toml, which \"caromfit init\" writes for it"
+            "is not a dataset.toml; expected one, which \"caromfit init\" writes for tables"
         } else {
             "there is no such file; expected a dataset.toml, or a folder that holds one"
         };

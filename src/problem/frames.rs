@@ -228,7 +228,7 @@ pub(crate) fn add_track<const R: usize, const C: usize, const I: usize>(
         }
         let rows = OMatrix::<f64, Const<R>, Dyn>::from_vec(rows);
         let row_products = &rows * rows.transpose();
-        // a view of dynamic size is multiplied by the processor's vectors
+        // products of dynamic size use vector instructions
         let by = piece.by.columns_range(..C);
         let by_rows = by * row_products.rows_range(..C);
         let mut by_inputs = products.view_mut((0, 0), (I, I));

@@ -25,8 +25,8 @@ const MAX_POINTS: [usize; 2] = [80, 12];
 /// Relative width of a bracket at which a jump of χ² is an end.
 const JUMP: f64 = 1e-6;
 
-/// Largest promise of the last step to a point over the error of χ² there: what a step gains is
-/// within a quarter of its promise.
+/// Largest ratio of the decrease that a step promises, and which is taken for made, to the error of
+/// χ²: steps gain what they promise within a quarter.
 const PROMISED: f64 = 4.0;
 
 /// Directions of the edge of a region.

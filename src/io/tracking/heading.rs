@@ -167,10 +167,15 @@ impl Heading {
         let Some(row) = first_apart(&frames, &times, resolution(&times), rate * second) else { return };
         let [frame, time] = columns.map(|column| self.names[column].as_str());
         let (number, lasts) = (frames[row] - frames[0], times[row] - times[0]);
-        let (unit, own) = (unit.name(), plain(number / (lasts * second), 4));
+        let (unit, own) = (unit.name(), number / (lasts * second));
+        let slow = format!(
+            ". If the times are those of slow playback, write [video] playback_fps = {}",
+            plain(own, 4)
+        );
+        let hint = if own > 0.0 && own.is_finite() { slow.as_str() } else { "" };
         let message = format!(
             "{frame} and {time} contradict each other at {rate} fps: this row is {number} frames, but {lasts} {unit} after the first \
-             one; expected columns that agree, or another frame rate. If the times are those of slow playback, write [video] playback_fps = {own}"
+             one; expected columns that agree, or another frame rate{hint}"
         );
         job.wrong(self.lines_below(job.text).nth(row).map(|(line, _)| line), time, message);
     }
