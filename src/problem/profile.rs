@@ -20,21 +20,21 @@ pub(super) const DIFFERENT: f64 = 0.1;
 /// Evaluations of a descent at one point of a table, and of a film, whose steps gain little
 /// after the first; and points for one end, typical are 3.
 const MAX_STEPS: [usize; 2] = [60, 3];
-const MAX_POINTS: [usize; 2] = [80, 12];
+const MAX_POINTS: [usize; 2] = [80, 8];
 
 /// Relative width of a bracket at which a jump of χ² is an end.
 const JUMP: f64 = 1e-6;
 
 /// Largest ratio of the decrease that a step promises, and which is taken for made, to the error of
 /// χ²: steps gain what they promise within a quarter.
-const PROMISED: f64 = 4.0;
+const PROMISED: f64 = 2.0;
 
 /// Directions of the edge of a region.
 const DIRECTIONS: usize = 24;
 
 /// Relative precision of the root of the rise of χ² at ends of intervals and edges of regions: a
 /// line's width, and as much as χ² of films is rough.
-pub(super) const EDGE: f64 = 0.01;
+pub(super) const EDGE: f64 = 0.02;
 
 /// A distance along a way from the minimum, the root of the rise of χ² there, and the point.
 type Reached = (f64, f64, Evaluation);
