@@ -85,7 +85,7 @@ fn predictions_are_the_bounds_of_fits_of_such_shots() {
     let mut off = Vec::new();
     for (what, kinds) in [
         ("roll", vec![both("natural-roll", [2.0; 2], [30.0; 2], 100)]),
-        ("stun", vec![both("stun", [3.0; 2], [40.0; 2], 100)]),
+        ("stun", vec![both("stun", [1.5, 3.0], [20.0, 50.0], 100)]),
         (
             "roll and stun",
             vec![both("natural-roll", [3.0; 2], [20.0; 2], 40), both("stun", [1.5; 2], [50.0; 2], 60)],

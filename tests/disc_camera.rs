@@ -122,8 +122,8 @@ fn a_clean_film_of_discs_stays_as_it_is() {
             let extracted = fit::extract_discs(dataset);
             let camera = extracted.camera.as_ref().unwrap();
             assert!(camera.converged(), "{:?}", camera.sentence());
-            // all but those of balls that hop
-            assert_eq!(neutral(camera), Correction::COUNT - 3);
+            // all but those of balls that hop, and of trackers of balls
+            assert_eq!(neutral(camera), Correction::COUNT - 7);
             is_right("clean", &extracted, &ratios);
         }
     }

@@ -20,6 +20,15 @@ pub fn of_weighed_balls(tracks: Vec<TrackShot>) -> Dataset {
     Dataset { object: Some(ObjectBall::exact(Ball::POOL)), ..dataset(tracks) }
 }
 
+/// Tracks by a camera and a tracker that are known to have no faults: their errors are those that all shots have in
+/// common, which pulls of one film do not show.
+fn by_a_known_camera(tracks: Vec<TrackShot>) -> Dataset {
+    let mut dataset = dataset(tracks);
+    let exact = |which: Correction| Some(Measured { value: which.neutral(), sd: None });
+    dataset.tracks.as_mut().unwrap().camera = Correction::ALL.map(exact);
+    dataset
+}
+
 fn spec(played: &[&str], count: usize, seed: u64) -> Spec {
     synthetic::spec("tracks", played, count, seed)
 }
@@ -146,13 +155,7 @@ fn the_estimates_of_a_shot_are_as_far_off_as_their_errors_say() {
     /// χ² of 30 numbers, over 30, lies within this in all but one of 10⁴ cases.
     const USUAL: std::ops::Range<f64> = 0.3..2.3;
     let (tracks, truth) = filmed(&spec(ROLLS, 30, 5));
-    // an error of the camera is one that all shots have in common, which pulls of one film do not show
-    let mut dataset = dataset(tracks);
-    let camera = &mut dataset.tracks.as_mut().unwrap().camera;
-    for which in Correction::ALL {
-        camera[which as usize] = Some(Measured { value: which.neutral(), sd: None });
-    }
-    let fit = fitted(&dataset, Depth::Estimates);
+    let fit = fitted(&by_a_known_camera(tracks), Depth::Estimates);
     let table = csv::shots(&fit);
     let shots: Vec<usize> = numbers(&table, "shot").iter().map(|name| *name as usize - 1).collect();
     assert!(shots.len() > 25, "{} shots", shots.len());
@@ -180,7 +183,7 @@ fn the_estimates_of_a_shot_are_as_far_off_as_their_errors_say() {
 /// Velocities that `extract` gives, of each shot before and after the impact, off the truth in their standard deviations.
 fn velocity_pulls(tracks: Vec<TrackShot>, truth: &[TrueImpact]) -> Vec<[f64; 6]> {
     let count = tracks.len();
-    let dataset = fit::extract(dataset(tracks));
+    let dataset = fit::extract(by_a_known_camera(tracks));
     assert_eq!(dataset.shots.len(), count, "{:?}", dataset.left_out);
     let pulls = |shot: &Shot| {
         let truth = &truth[shot.name.parse::<usize>().unwrap() - 1];

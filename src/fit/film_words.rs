@@ -166,6 +166,10 @@ fn cause_of(id: Id) -> Option<&'static str> {
         Id::FallB | Id::FallC => "falling-friction",
         Id::ESlope => "falling-restitution",
         Id::TiltX | Id::TiltY => "tilt",
+        Id::Late => "late-ball",
+        Id::Push => "near-balls",
+        Id::AsideX | Id::AsideY => "aside",
+        Id::Approach => "contact-time",
         _ => return None,
     })
 }

@@ -156,7 +156,7 @@ impl Computed {
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Explanation {
     /// cue-spin, mass-ratio, compliance, falling-friction, falling-restitution, frame-rate, radius,
-    /// tilt, scale, aspect, shear, perspective, lens, rolling-shutter or parallax.
+    /// tilt, late-ball, near-balls, aside, contact-time, scale, aspect, shear, perspective, lens, rolling-shutter or parallax.
     pub(crate) cause: &'static str,
     /// The value that explains the residuals best, as the true frame rate over the stated one.
     #[schemars(with = "Option<f64>")]

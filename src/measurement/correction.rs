@@ -1,9 +1,9 @@
-//! Distortions of a film by its camera that are stated or estimated.
+//! Distortions of a film by its camera and its tracker that are stated or estimated.
 
 use crate::name::worded;
 
 worded! {
-    /// Distortions of a film by its camera; src/problem/film/camera.rs gives the equations.
+    /// Distortions of a film by its camera and its tracker; src/problem/film/camera.rs gives the equations.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     #[non_exhaustive]
     pub enum Correction {
@@ -34,6 +34,17 @@ worded! {
         ParallaxY = "parallax_y" | "parallax along y (per height)",
         /// Increase of the parallax with the distance from the middle, 1/m: 1/height of the camera.
         Nearness = "nearness_per_m" | "nearness of the camera (1/height, 1/m)",
+        /// How much later than the cue ball the film shows the object ball, frames: trackers that
+        /// smooth or predict differ.
+        Late = "late_frames" | "object ball late (frames)",
+        /// How far balls that touch are seen from their places, away from each other, m: trackers take
+        /// a part of one ball for the other.
+        Push = "push_m" | "touching balls seen apart (m)",
+        /// How far the object ball is seen along x from its place, less the cue ball, m: by light and
+        /// shade.
+        AsideX = "aside_x_m" | "object ball seen aside along x (m)",
+        /// How far the object ball is seen along y from its place, less the cue ball, m.
+        AsideY = "aside_y_m" | "object ball seen aside along y (m)",
     }
     /// The name in fit.json.
     pub fn name;
@@ -61,12 +72,14 @@ impl Correction {
     /// Returns the standard deviation of its prior about the neutral value.
     pub fn usual(self) -> f64 {
         match self {
-            Self::Scale | Self::Aspect | Self::Shear | Self::Lens => 0.05,
+            Self::Scale | Self::Aspect | Self::Shear | Self::Lens | Self::Late => 0.05,
             Self::PerspectiveX | Self::PerspectiveY => 0.3,
             Self::LensX | Self::LensY => 0.2,
             Self::ShutterX | Self::ShutterY => 0.01,
             Self::ParallaxX | Self::ParallaxY => 0.5,
             Self::Nearness => 1.0,
+            Self::Push => 1e-4,
+            Self::AsideX | Self::AsideY => 2e-4,
         }
     }
 }

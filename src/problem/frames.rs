@@ -135,17 +135,19 @@ pub(crate) fn whiten<const R: usize>(
 }
 
 /// Returns the rows of both coordinates of a frame in units of its noise from the body as it is
-/// predicted, with the derivatives of its place in the picture by other numbers and by time.
+/// predicted, with the derivatives of its place in the picture by other numbers and by time. `late`
+/// is the duration of a frame, s, of the second body, and 0 of the first.
 pub(crate) fn rows<const R: usize>(
     frame: &Frame,
     mut seen: Seen,
     by: &[Point],
-    by_time: Point,
+    (by_time, late): (Point, f64),
     sd: Point,
 ) -> [SVector<f64, R>; 2] {
     // a later reading sees the body further along its path
     seen.by_camera[Id::ShutterX as usize - PHYSICS] = by_time * frame.seen.x;
     seen.by_camera[Id::ShutterY as usize - PHYSICS] = by_time * frame.seen.y;
+    seen.by_camera[Id::Late as usize - PHYSICS] = -by_time * late;
     let scale = frame.weight.component_div(&sd);
     let residual = seen.place - frame.seen;
     let mut rows = [SVector::zeros(); 2];
@@ -256,6 +258,7 @@ pub(crate) struct PicturePaths {
     locate: fn(&[f64], f64) -> (Point, f64),
     instant: f64,
     camera: Camera,
+    fps: f64,
 }
 
 impl PicturePaths {
@@ -264,23 +267,24 @@ impl PicturePaths {
         locate: fn(&[f64], f64) -> (Point, f64),
         instant: f64,
         camera: Camera,
+        fps: f64,
     ) -> Self {
         let coefficients = |piece: &Piece<C, I>| (piece.start, piece.at.as_slice().to_vec());
         let pieces = pieces.map(|pieces| pieces.iter().map(coefficients).collect());
-        Self { pieces, locate, instant, camera }
+        Self { pieces, locate, instant, camera, fps }
     }
 
     /// Returns the place of the first body (0) or the second (1) in the picture at a time, m from
     /// the middle of the film.
     pub fn place(&self, body: usize, time: f64) -> [f64; 2] {
         let pieces = &self.pieces[body.min(1)];
-        let at = |late: f64| {
-            let late = time - self.instant + late;
-            let index = pieces.partition_point(|(start, _)| *start <= late).saturating_sub(1);
-            let (table, height) = (self.locate)(&pieces[index].1, late);
-            self.camera.look(table, height).place
+        let at = |delay: f64| {
+            let since = time - self.instant + delay;
+            let index = pieces.partition_point(|(start, _)| *start <= since).saturating_sub(1);
+            let (table, height) = (self.locate)(&pieces[index].1, since);
+            self.camera.look(table, height).place + self.camera.aside(body)
         };
         // the shutter reads it at a time that depends on its place in the picture
-        at(self.camera.delay(at(0.0))).into()
+        at(self.camera.delay(at(0.0), body as f64 / self.fps)).into()
     }
 }

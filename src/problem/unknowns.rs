@@ -10,9 +10,9 @@ use crate::name::worded;
 pub(crate) type Own = DVector<f64>;
 
 /// Number of shared unknowns that move the balls: [`Id::Mu`] to [`Id::ObjectAcross`].
-pub(crate) const PHYSICS: usize = 21;
-/// Number of shared unknowns of the camera: [`Id::Scale`] to [`Id::Nearness`].
-pub(crate) const CAMERA: usize = 13;
+pub(crate) const PHYSICS: usize = 22;
+/// Number of shared unknowns of camera and tracker: [`Id::Scale`] to [`Id::AsideY`].
+pub(crate) const CAMERA: usize = 17;
 /// Number of shared unknowns of films of discs alone: [`Id::Slowing`] to [`Id::ContactDistance`].
 pub(crate) const DISCS: usize = 3;
 /// Number of shared unknowns of a sample.
@@ -52,6 +52,9 @@ worded! {
         Bounce = "bounce",
         /// True frame rate over the stated one.
         Rate = "frame_rate",
+        /// Approach of the balls from touching to the instant of the impact, over that of a contact
+        /// which lasts 280 µs at 1 m/s.
+        Approach = "approach",
         /// Slope of the table along x, down towards +x.
         TiltX = "tilt_x",
         /// Slope of the table along y, down towards +y.
@@ -91,6 +94,14 @@ worded! {
         ParallaxY = "parallax_y",
         /// One over the height of the camera above the table, 1/m.
         Nearness = "nearness_per_m",
+        /// How much later than the first body the film shows the second, frames.
+        Late = "late_frames",
+        /// How far balls that touch are seen from their places, away from each other, m.
+        Push = "push_m",
+        /// How far the second body is seen along x from its place, m.
+        AsideX = "aside_x_m",
+        /// How far the second body is seen along y from its place, m.
+        AsideY = "aside_y_m",
         /// Deceleration of discs on the table at any speed, m/s².
         Slowing = "slowing_m_s2",
         /// Deceleration of discs on the table over their speed, 1/s.
@@ -109,7 +120,7 @@ impl Id {
     pub(crate) const OFFSETS: [Self; 4] =
         [Self::CueAlong, Self::CueAcross, Self::ObjectAlong, Self::ObjectAcross];
 
-    /// Returns whether it is an unknown of the camera.
+    /// Returns whether it is an unknown of camera and tracker.
     pub(crate) fn is_of_camera(self) -> bool {
         self as usize >= PHYSICS
     }

@@ -60,7 +60,9 @@ impl Course {
             BallState { velocity: frame.to_table(state.velocity), spin: frame.to_table(state.spin) }
         });
         let balls = [model.ball, model.object_ball()];
-        let distance = balls[0].contact_distance(&balls[1]);
+        // in the middle of the contact the balls are nearer than when they begin to touch
+        let approach = cue.velocity.x * 0.5 * contact_time(Model::CONTACT_TIME, cue.velocity.x);
+        let distance = balls[0].contact_distance(&balls[1]) - approach;
         let contact = [object[0] - distance * direction.cos(), object[1] - distance * direction.sin()];
         let rests = BallState::default();
         Ok(Self {

@@ -31,6 +31,8 @@ pub(crate) struct CameraSection {
     /// Seconds from the first row of the picture to the last.
     pub(super) shutter: Option<NumberOr<Word>>,
     parallax: Option<Word>,
+    /// What trackers do to places: see late_frames, push_m and aside in fit.json.
+    tracker: Option<Word>,
 }
 
 /// A statement about a correction.
@@ -83,7 +85,10 @@ impl<T> OneOrSeveral<T> {
 /// A key of the section: its corrections, their range, and the values expected beside `"auto"`.
 struct Key(&'static str, &'static [Correction], [f64; 2], &'static str);
 
-const KEYS: [Key; 7] = [
+/// What a tracker does.
+const TRACKER: [Correction; 4] = [Correction::Late, Correction::Push, Correction::AsideX, Correction::AsideY];
+
+const KEYS: [Key; 8] = [
     Key("scale", &[Correction::Scale], [0.1, 10.0], "a length of the film over the true one, from 0.1 to 10"),
     Key("aspect", &[Correction::Aspect], [0.5, 2.0], "lengths along y over lengths along x, from 0.5 to 2"),
     Key("shear", &[Correction::Shear], [-0.5, 0.5], "a number from -0.5 to 0.5"),
@@ -97,6 +102,7 @@ const KEYS: [Key; 7] = [
     // words only
     Key("shutter", &[Correction::ShutterX, Correction::ShutterY], [f64::NAN; 2], ""),
     Key("parallax", &[Correction::ParallaxX, Correction::ParallaxY, Correction::Nearness], [f64::NAN; 2], ""),
+    Key("tracker", &TRACKER, [f64::NAN; 2], ""),
 ];
 
 fn exact(value: f64) -> Option<Measured> {
@@ -139,8 +145,9 @@ impl CameraSection {
             NumberOr::Word(word) => Some(Stated::Word(word)),
             NumberOr::Number(_) => None,
         });
-        let parallax = self.parallax.map(Stated::Word);
-        let all = [scale, aspect, shear, self.perspective.clone(), self.lens.clone(), shutter, parallax];
+        let [parallax, tracker] = [self.parallax, self.tracker].map(|word| word.map(Stated::Word));
+        let (perspective, lens) = (self.perspective.clone(), self.lens.clone());
+        let all = [scale, aspect, shear, perspective, lens, shutter, parallax, tracker];
         KEYS.iter().zip(all).filter_map(|(key, stated)| Some((key, stated?)))
     }
 

@@ -108,9 +108,11 @@ impl DiscBlock {
                 .each_ref()
                 .map(|piece| -> [_; COEFFICIENTS] { std::array::from_fn(|i| dual(i, piece.at[i])) });
             let [x, y] = [0, 1].map(|axis| self.noise_of(i)[2 * disc + axis]);
-            whiten(frames, ([x.rho, y.rho], self.shots[i].fps), false, |frame| {
+            let fps = self.shots[i].fps;
+            let frame_s = *disc as f64 / fps;
+            whiten(frames, ([x.rho, y.rho], fps), false, |frame| {
                 let side = usize::from(frame.time > instant);
-                let late = dual(COEFFICIENTS, frame.time - instant + camera.delay(frame.seen));
+                let late = dual(COEFFICIENTS, frame.time - instant + camera.delay(frame.seen, frame_s));
                 let place = locate(&pieces[side], late, marker);
                 let (by_x, by_y) = (gradient(&place.x), gradient(&place.y));
                 let seen = camera.look(Point::new(place.x.re, place.y.re), 0.0);
@@ -119,7 +121,7 @@ impl DiscBlock {
                 // the instant is earlier if the frame is later
                 let by_time = by[COEFFICIENTS];
                 by[COEFFICIENTS] = -by_time;
-                (side, rows(frame, seen, &by, by_time, Point::new(x.sd, y.sd)))
+                (side, rows(frame, seen, &by, (by_time, frame_s), Point::new(x.sd, y.sd)))
             })
         };
         self.shots[i].tracks.iter().map(see).collect()

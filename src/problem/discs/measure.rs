@@ -255,6 +255,7 @@ fn list_impacts(solution: &Solution, film: (f64, Point)) -> Result<Vec<DiscImpac
                 |at, late| (at.try_into().map_or(Point::zeros(), |at| locate::<f64>(at, late, None)), 0.0),
                 own[own::TIME],
                 Camera::new(&end.state.shared),
+                block.shots[i].fps,
             ),
             film,
         })

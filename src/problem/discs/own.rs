@@ -138,15 +138,16 @@ pub(super) fn list_unknowns(
     let is_seen = shots >= LEAST_SHOTS && !is_flat;
     for unknown in &mut all {
         let is_shown = match unknown.id {
-            // discs have neither, and do not hop
-            Id::MuS | Id::RadiusRatio | Id::ParallaxX | Id::ParallaxY | Id::Nearness => false,
+            Id::MuS | Id::RadiusRatio => false,
+            // discs do not hop, and what trackers do is a lead of each shot
+            id if (Id::ParallaxX..=Id::AsideY).contains(&id) => false,
             // few shots do not distinguish it from a deceleration at any speed
             Id::Drag => shots >= LEAST_SHOTS,
             Id::ContactDistance => !is_flat || sum.is_some(),
             Id::Scale => is_seen && discs.radii.is_some(),
             // a delay has no meaning without a unit of time
             Id::ShutterX | Id::ShutterY => is_seen && discs.in_seconds,
-            id => is_seen || !(Id::Scale..=Id::Nearness).contains(&id),
+            id => is_seen || !(Id::Scale..Id::ParallaxX).contains(&id),
         };
         if !is_shown {
             unknown.mode = Mode::Fixed;

@@ -217,20 +217,50 @@ impl ShotAt<'_> {
     fn look(&self, ball: usize, pieces: &[Piece]) -> Vec<Sight<ROW>> {
         let (camera, instant) = (Camera::new(self.shared), self.own[own::TIME]);
         let Noise { sd, rho } = self.film.noise[ball];
+        let side = ball as f64;
+        let late = side / self.shot.fps;
         let see = |frame: &Frame| {
-            let time = frame.time - instant + camera.delay(frame.seen);
+            let time = frame.time - instant + camera.delay(frame.seen, late);
             let index = pieces.partition_point(|piece| piece.start <= time).saturating_sub(1);
             let at = &pieces[index].at;
             let powers = [1.0, time, 0.5 * time * time];
             let (place, height) = locate(at.as_slice(), time);
             let [v_x, v_y, v_h] = [0, 1, 2].map(|i| at[3 * i + 1] + at[3 * i + 2] * time);
-            let seen = camera.look(place, height);
+            let mut seen = camera.look(place, height);
+            let apart = self.apart(ball, frame);
+            seen.place += camera.aside(ball) + apart * self.shared[Id::Push];
+            for (id, by) in
+                [(Id::Push, apart), (Id::AsideX, Point::x() * side), (Id::AsideY, Point::y() * side)]
+            {
+                seen.by_camera[id as usize - PHYSICS] = by;
+            }
             let by_time = seen.by_place * Point::new(v_x, v_y) + seen.by_height * v_h;
             let by_axes = [seen.by_place.column(0).into(), seen.by_place.column(1).into(), seen.by_height];
             let by: [Point; COEFFICIENTS] = std::array::from_fn(|i| by_axes[i / 3] * powers[i % 3]);
-            (index, rows(frame, seen, &by, by_time, Point::repeat(sd)))
+            (index, rows(frame, seen, &by, (by_time, late), Point::repeat(sd)))
         };
         whiten(&self.shot.tracks[ball], ([rho; 2], self.shot.fps), true, see)
+    }
+
+    /// Returns the direction in the picture from the other ball in the same frame, of a length that
+    /// decreases with their distance: 1 if they touch.
+    pub(super) fn apart(&self, ball: usize, frame: &Frame) -> Point {
+        /// Distance of touching balls over that by which it decreases to 1/e.
+        const DECREASE: f64 = 2.0;
+        /// Distance over that of touching balls beyond which less than a hundredth of it is left.
+        const FAR: f64 = 3.5;
+        let touching = 2.0 * self.film.contact.object().radius;
+        let (others, half) = (&self.shot.tracks[1 - ball], 0.5 / self.shot.fps);
+        let place = others.partition_point(|other| other.time < frame.time - half);
+        let same = others.get(place).filter(|other| other.time < frame.time + half);
+        let between = same.map_or(Point::zeros(), |other| frame.seen - other.seen);
+        let distance = between.norm();
+        // a ball that is not seen has no distance
+        if !(distance > 0.0 && distance < FAR * touching) {
+            return Point::zeros();
+        }
+        // e^(−2 (d/2R − 1))
+        between * ((DECREASE * (1.0 - distance / touching)).exp() / distance)
     }
 
     /// Minimises χ² over the own unknowns of the shot and some shared ones: by some steps, or until

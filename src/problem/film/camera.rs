@@ -33,12 +33,12 @@ pub(crate) struct Seen {
     pub(crate) by_place: Matrix2<f64>,
     /// Derivative by the height above the table.
     pub(crate) by_height: Point,
-    /// Derivatives by the unknowns of the camera in their order; those by the shutter are
-    /// 0, as they follow from the motion.
+    /// Derivatives by the unknowns of the camera in their order; those by the shutter
+    /// and by what a tracker does are 0, as they follow from the motion and the other ball.
     pub(crate) by_camera: [Point; CAMERA],
 }
 
-/// The map from table to picture: the unknowns from `Scale` to `Nearness`.
+/// The map from table to picture: the unknowns from `Scale` to `AsideY`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Camera([f64; CAMERA]);
 
@@ -55,10 +55,18 @@ impl Camera {
         self.0[place]
     }
 
-    /// Returns how much later than the frame a rolling shutter reads this place of the picture, s.
-    pub(crate) fn delay(&self, picture: Point) -> f64 {
-        let [.., x, y, _, _, _] = self.0;
-        x * picture.x + y * picture.y
+    /// Returns how much later than the frame a body is where this place of the picture shows it, s:
+    /// a rolling shutter reads it later, and the second body, whose frames last `frame` s, may be
+    /// shown late. `frame` is 0 for the first body.
+    pub(crate) fn delay(&self, picture: Point, frame: f64) -> f64 {
+        let [.., x, y, _, _, _, late, _, _, _] = self.0;
+        x * picture.x + y * picture.y - late * frame
+    }
+
+    /// Returns how far a body, the first (0) or the second (1), is seen from its place.
+    pub(crate) fn aside(&self, body: usize) -> Point {
+        let [.., x, y] = self.0;
+        Point::new(x, y) * body as f64
     }
 
     /// Returns the place on the table of a ball at rest height that is seen at a place of the
@@ -77,7 +85,7 @@ impl Camera {
     /// Returns the picture of a ball at `table`, m from the middle of the film, `height` m above
     /// its height at rest.
     pub fn look(&self, table: Point, height: f64) -> Seen {
-        let [scale, aspect, shear, k_x, k_y, lens, d_x, d_y, _, _, a_x, a_y, nearness] = self.0;
+        let [scale, aspect, shear, k_x, k_y, lens, d_x, d_y, _, _, a_x, a_y, nearness, ..] = self.0;
         let [perspective, decentring, parallax] = [[k_x, k_y], [d_x, d_y], [a_x, a_y]].map(Point::from);
         // l = p + h (a + n p)
         let lifted = table + (parallax + table * nearness) * height;
@@ -98,7 +106,8 @@ impl Camera {
         let by_flat = by_askew * (Matrix2::identity() - askew * perspective.transpose()) / depth;
         let by_lifted = by_flat * affine;
         let by_depth = by_askew * askew / -depth;
-        let by_camera = [
+        let mut by_camera = [Point::zeros(); CAMERA];
+        let by_places = [
             by_flat * flat / scale,
             by_flat * Point::new(shear, 1.0) * (scale * lifted.y),
             by_flat.column(0) * (scale * aspect * lifted.y),
@@ -113,6 +122,7 @@ impl Camera {
             by_lifted.column(1) * height,
             by_lifted * table * height,
         ];
+        by_camera[..by_places.len()].copy_from_slice(&by_places);
         Seen {
             place,
             by_place: by_lifted * (1.0 + nearness * height),

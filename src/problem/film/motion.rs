@@ -10,7 +10,7 @@ use super::impact::{Parting, Side};
 use super::own::{self, MOVING};
 use super::spins::ShotSpin;
 use crate::physics::ball::Ball;
-use crate::physics::cloth_motion::{Forces, GRAVITY, Moment, Smoothing, Stretch};
+use crate::physics::cloth_motion::{Forces, GRAVITY, Moment, Smoothing, Stretch, contact_time};
 use crate::physics::collision::{Model, NotACollision};
 use crate::problem::frames;
 use crate::problem::unknowns::{Id, Own, Shared};
@@ -124,12 +124,15 @@ impl Struck {
     pub fn paths(&self, at: &ShotAt) -> [Vec<Piece>; 2] {
         let (shared, object, camera) = (at.shared, at.film.contact.object(), Camera::new(at.shared));
         let frames = at.shot.tracks.iter().flatten();
-        let last = frames.map(|frame| frame.time + camera.delay(frame.seen)).reduce(f64::max);
+        let last = frames.map(|frame| frame.time + camera.delay(frame.seen, 0.0)).reduce(f64::max);
         let until = last.map_or(f64::INFINITY, |last| last - at.own[own::TIME]);
         let forces = forces(shared, object.inertia);
         let object_place = DualVector::new(self.inputs[own::X], self.inputs[own::Y]);
-        // the distance of the centres of touching balls on the table is 2√(R_c R_o)
-        let distance = shared.dual(Id::RadiusRatio).sqrt() * (2.0 * object.radius);
+        // the centres of balls that begin to touch are 2√(R_c R_o) apart, and v_n T/2 less in the
+        // middle of a contact of duration T
+        let closing = self.before.velocity.x;
+        let approach = shared.dual(Id::Approach) * closing * contact_time(Model::CONTACT_TIME, closing) * 0.5;
+        let distance = shared.dual(Id::RadiusRatio).sqrt() * (2.0 * object.radius) - approach;
         let cue_place = object_place - DualVector::new(self.cos, self.sin) * distance;
         let before = self.moment(&cue_place, &self.before);
         let cue_before = if at.shot.spin.rolls { forces.roll(before) } else { forces.slide(before) };

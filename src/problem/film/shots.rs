@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::block::Settled;
-use super::camera::Camera;
+use super::camera::{Camera, Point};
 use super::dual::{Dual, DualVector, gradient};
 use super::filmed::ShotAt;
 use super::motion::{Struck, locate};
@@ -99,12 +99,13 @@ impl ShotAt<'_> {
     pub(super) fn paths(&self) -> Option<PicturePaths> {
         let [cue, object] = &self.struck().ok()?.paths(self);
         let camera = Camera::new(self.shared);
-        Some(PicturePaths::new([cue, object], locate, self.own[own::TIME], camera))
+        Some(PicturePaths::new([cue, object], locate, self.own[own::TIME], camera, self.shot.fps))
     }
 
     /// Returns the frames of the shot against its paths.
     pub(super) fn fitted_frames(&self) -> Vec<FittedFrame> {
         let Some(paths) = &self.paths() else { return Vec::new() };
+        let push = |which: usize, frame: &Frame| self.apart(which, frame) * self.shared[Id::Push];
         let balls = [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate();
         let frames_of_ball = |(which, ball): (usize, TrackedBall)| {
             let noise = self.film.noise[which].sd;
@@ -112,7 +113,7 @@ impl ShotAt<'_> {
                 ball,
                 time: frame.time,
                 seen: frame.seen.into(),
-                predicted: paths.place(which, frame.time),
+                predicted: (Point::from(paths.place(which, frame.time)) + push(which, frame)).into(),
                 sd: frame.weight.map(|weight| noise / weight).into(),
                 used: frame.used,
             })
