@@ -148,6 +148,40 @@ fn of(found: &FoundCamera, which: Correction) -> Measured {
     found.found(which).unwrap()
 }
 
+/// Each is three to four times as large as its prior says, so that it is named.
+#[test]
+fn what_a_tracker_does_is_found_and_takes_nothing_from_the_parameters() {
+    const FPS: f64 = 1000.0;
+    let apart = |cue: &mut Sample, object: &mut Sample| {
+        let (dx, dy) = (object.x - cue.x, object.y - cue.y);
+        let distance = dx.hypot(dy);
+        let by = 4e-4 * (-2.0 * (distance / (2.0 * Ball::POOL.radius) - 1.0)).exp() / distance;
+        (cue.x, cue.y) = (cue.x - by * dx, cue.y - by * dy);
+        (object.x, object.y) = (object.x + by * dx, object.y + by * dy);
+    };
+    type Tracker<'a> = &'a dyn Fn(&mut Sample, &mut Sample);
+    let faults: [(Correction, f64, Tracker); 4] = [
+        (Correction::Late, 0.2, &|_, object| object.t += 0.2 / FPS),
+        (Correction::Push, 4e-4, &apart),
+        (Correction::AsideX, 8e-4, &|_, object| object.x += 8e-4),
+        (Correction::AsideY, -8e-4, &|_, object| object.y -= 8e-4),
+    ];
+    for (which, truth, fault) in faults {
+        let mut film = clean(7110);
+        for shot in &mut film {
+            for (cue, object) in shot.cue.iter_mut().zip(&mut shot.object) {
+                if cue.t == object.t {
+                    fault(cue, object);
+                }
+            }
+        }
+        let (fit, found) = fitted(dataset(film));
+        assert!(is_near(of(&found, which), truth, ERRORS), "{which:?}: {:?}", of(&found, which));
+        assert!(is_right(&fit), "{which:?}: {:?}", fit.estimates());
+        assert_eq!(fit.verdict().grade, Grade::Doubtful, "{which:?}");
+    }
+}
+
 #[test]
 fn the_balls_calibrate_the_camera() {
     let seeds = count("CAROMFIT_SETS", 1) as u64;
