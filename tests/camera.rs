@@ -148,7 +148,10 @@ fn of(found: &FoundCamera, which: Correction) -> Measured {
     found.found(which).unwrap()
 }
 
-/// Each is three to four times as large as its prior says, so that it is named.
+/// What a tracker does to the cue ball and the object ball in a frame.
+type Fault<'a> = &'a dyn Fn(&mut Sample, &mut Sample);
+
+/// Each is four times as large as its prior says, so that it is named.
 #[test]
 fn what_a_tracker_does_is_found_and_takes_nothing_from_the_parameters() {
     const FPS: f64 = 1000.0;
@@ -159,8 +162,7 @@ fn what_a_tracker_does_is_found_and_takes_nothing_from_the_parameters() {
         (cue.x, cue.y) = (cue.x - by * dx, cue.y - by * dy);
         (object.x, object.y) = (object.x + by * dx, object.y + by * dy);
     };
-    type Tracker<'a> = &'a dyn Fn(&mut Sample, &mut Sample);
-    let faults: [(Correction, f64, Tracker); 4] = [
+    let faults: [(Correction, f64, Fault); 4] = [
         (Correction::Late, 0.2, &|_, object| object.t += 0.2 / FPS),
         (Correction::Push, 4e-4, &apart),
         (Correction::AsideX, 8e-4, &|_, object| object.x += 8e-4),
