@@ -245,22 +245,20 @@ impl ShotAt<'_> {
     /// Returns the direction in the picture from the other ball in the same frame, of a length that
     /// decreases with their distance: 1 if they touch.
     pub(super) fn apart(&self, ball: usize, frame: &Frame) -> Point {
-        /// Distance of touching balls over that by which it decreases to 1/e.
-        const DECREASE: f64 = 2.0;
-        /// Distance over that of touching balls beyond which less than a hundredth of it is left.
-        const FAR: f64 = 3.5;
-        let touching = 2.0 * self.film.contact.object().radius;
+        /// Distance in radii beyond which less than a hundredth of it is left.
+        const FAR: f64 = 7.0;
+        let radius = self.film.contact.object().radius;
         let (others, half) = (&self.shot.tracks[1 - ball], 0.5 / self.shot.fps);
         let place = others.partition_point(|other| other.time < frame.time - half);
         let same = others.get(place).filter(|other| other.time < frame.time + half);
         let between = same.map_or(Point::zeros(), |other| frame.seen - other.seen);
         let distance = between.norm();
         // a ball that is not seen has no distance
-        if !(distance > 0.0 && distance < FAR * touching) {
+        if !(distance > 0.0 && distance < FAR * radius) {
             return Point::zeros();
         }
-        // e^(−2 (d/2R − 1))
-        between * ((DECREASE * (1.0 - distance / touching)).exp() / distance)
+        // e^(2 − d/R)
+        between * ((2.0 - distance / radius).exp() / distance)
     }
 
     /// Minimises χ² over the own unknowns of the shot and some shared ones: by some steps, or until
