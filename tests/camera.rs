@@ -148,7 +148,7 @@ fn of(found: &FoundCamera, which: Correction) -> Measured {
     found.found(which).unwrap()
 }
 
-/// What a tracker does to the cue ball and the object ball in a frame.
+/// Moves the cue ball and the object ball of a frame as a tracker does.
 type Fault<'a> = &'a dyn Fn(&mut Sample, &mut Sample);
 
 /// Each is four times as large as its prior says, so that it is named.

@@ -3,7 +3,7 @@
 use crate::name::worded;
 
 worded! {
-    /// Distortions of a film by its camera and its tracker; src/problem/film/camera.rs gives the equations.
+    /// Distortions of a film by its camera and its tracker (src/problem/film/camera.rs).
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     #[non_exhaustive]
     pub enum Correction {
@@ -27,23 +27,19 @@ worded! {
         ShutterX = "shutter_x_s_per_m" | "rolling shutter along x (s/m)",
         /// Delay of a rolling shutter per metre along y in the middle of the picture, s/m.
         ShutterY = "shutter_s_per_m" | "rolling shutter along y (s/m)",
-        /// Displacement along x of a raised ball over its height: the tangent of the camera's
-        /// angle.
+        /// Displacement along x of a raised ball over its height: tan of the camera's angle.
         ParallaxX = "parallax_x" | "parallax along x (per height)",
         /// Displacement along y of a raised ball over its height.
         ParallaxY = "parallax_y" | "parallax along y (per height)",
         /// Increase of the parallax with the distance from the middle, 1/m: 1/height of the camera.
         Nearness = "nearness_per_m" | "nearness of the camera (1/height, 1/m)",
-        /// How much later than the cue ball the film shows the object ball, frames: trackers that
-        /// smooth or predict differ.
+        /// Frames by which the object ball is shown later: some trackers smooth or predict.
         Late = "late_frames" | "object ball late (frames)",
-        /// How far balls that touch are seen from their places, away from each other, m: trackers take
-        /// a part of one ball for the other.
+        /// Displacement of touching balls away from each other, m: trackers mix up their edges.
         Push = "push_m" | "touching balls seen apart (m)",
-        /// How far the object ball is seen along x from its place, less the cue ball, m: by light and
-        /// shade.
+        /// Displacement of the object ball along x, m, less the cue ball's: by light and shade.
         AsideX = "aside_x_m" | "object ball seen aside along x (m)",
-        /// How far the object ball is seen along y from its place, less the cue ball, m.
+        /// Displacement of the object ball along y, m, less the cue ball's.
         AsideY = "aside_y_m" | "object ball seen aside along y (m)",
     }
     /// The name in fit.json.

@@ -255,8 +255,7 @@ pub enum Before {
     },
     /// The motion of kind `angles`.
     Angle {
-        /// The cut angle in radians, positive if the cue ball moves towards +y of the collision
-        /// frame.
+        /// The cut angle, rad: positive if the cue ball moves towards +y of the collision frame.
         cut: Measured,
         /// The speed in m/s, if it is known.
         speed: Option<Measured>,

@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::name::{UnknownName, named};
 
-/// A value with its standard deviation, if the data give one; as JSON an estimate with its standard
-/// error.
+/// A value with its standard deviation, if any; as JSON an estimate with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Measured {
     /// The value, in the unit of the quantity.

@@ -31,7 +31,7 @@ pub(crate) struct CameraSection {
     /// Seconds from the first row of the picture to the last.
     pub(super) shutter: Option<NumberOr<Word>>,
     parallax: Option<Word>,
-    /// What trackers do to places: see late_frames, push_m and aside in fit.json.
+    /// Faults of the tracker: late_frames, push_m, aside_x_m and aside_y_m in fit.json.
     tracker: Option<Word>,
 }
 
@@ -85,7 +85,7 @@ impl<T> OneOrSeveral<T> {
 /// A key of the section: its corrections, their range, and the values expected beside `"auto"`.
 struct Key(&'static str, &'static [Correction], [f64; 2], &'static str);
 
-/// What a tracker does.
+/// The faults of a tracker.
 const TRACKER: [Correction; 4] = [Correction::Late, Correction::Push, Correction::AsideX, Correction::AsideY];
 
 const KEYS: [Key; 8] = [
