@@ -82,9 +82,7 @@ impl fmt::Display for DatasetError {
             if !named.is_empty() {
                 write!(f, "\n    the same in {}", named.join(", "))?;
             }
-            if group.len() > 1 + MAX_NAMED {
-                write!(f, " and {} more", group.len() - 1 - MAX_NAMED)?;
-            }
+            f.write_str(&and_more(group.len().saturating_sub(1 + MAX_NAMED)))?;
         }
         let more: usize = groups.values().skip(LISTED).map(Vec::len).sum();
         if more > 0 {
@@ -94,16 +92,28 @@ impl fmt::Display for DatasetError {
     }
 }
 
-/// Problems as they are found.
-#[derive(Debug)]
-pub(crate) struct Problems(RefCell<DatasetError>);
+/// Subject of a note, in the order of the list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) enum Subject {
+    /// A fault of one shot, which can be left out.
+    Damage,
+    Format,
+    Clock,
+    Swapped,
+    Gaps,
+    Names,
+    Order,
+    Repeated,
+}
 
-impl Problems {
-    /// Returns an empty list; `what` names the action that problems prevent.
-    pub(crate) fn new(what: impl Into<String>) -> Self {
-        Self(RefCell::new(DatasetError { what: what.into(), problems: Vec::new() }))
-    }
+/// Problems, and notes about detections and repairs, as they are found.
+#[derive(Debug, Default)]
+pub(crate) struct Log {
+    problems: RefCell<Vec<Problem>>,
+    notes: RefCell<Vec<(Subject, Problem)>>,
+}
 
+impl Log {
     pub(crate) fn add<'a>(
         &self,
         file: &Path,
@@ -113,25 +123,75 @@ impl Problems {
     ) {
         let (line, column) = (line.into(), column.into().map(str::to_string));
         let problem = Problem { file: file.to_path_buf(), line, column, message: message.into() };
-        self.0.borrow_mut().problems.push(problem);
+        self.problems.borrow_mut().push(problem);
+    }
+
+    pub(crate) fn note(
+        &self,
+        subject: Subject,
+        file: &Path,
+        line: impl Into<Option<usize>>,
+        message: impl Into<String>,
+    ) {
+        let (file, line) = (file.to_path_buf(), line.into());
+        self.notes
+            .borrow_mut()
+            .push((subject, Problem { file, line, column: None, message: message.into() }));
+    }
+
+    /// Adds the entries of another log; returns the damage among them.
+    pub(crate) fn append(&self, other: Self) -> Vec<Problem> {
+        let (damage, notes): (Vec<_>, Vec<_>) =
+            other.notes.into_inner().into_iter().partition(|(subject, _)| *subject == Subject::Damage);
+        self.problems.borrow_mut().extend(other.problems.into_inner());
+        self.notes.borrow_mut().extend(notes);
+        damage.into_iter().map(|(_, problem)| problem).collect()
     }
 
     pub(crate) fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
+    /// Returns the number of problems.
     pub(crate) fn len(&self) -> usize {
-        self.0.borrow().problems.len()
+        self.problems.borrow().len()
     }
 
-    /// Returns `value`, or the problems if there are any.
-    pub(crate) fn into_result<T>(self, value: T) -> Result<T, DatasetError> {
-        if self.is_empty() { Ok(value) } else { Err(self.into_error()) }
+    /// Returns `value`, or the problems if there are any; `what` names the action that they
+    /// prevent.
+    pub(crate) fn into_result<T>(self, value: T, what: impl Into<String>) -> Result<T, DatasetError> {
+        if self.is_empty() { Ok(value) } else { Err(self.into_error(what)) }
     }
 
-    pub(crate) fn into_error(self) -> DatasetError {
-        self.0.into_inner()
+    pub(crate) fn into_error(self, what: impl Into<String>) -> DatasetError {
+        DatasetError { what: what.into(), problems: self.problems.into_inner() }
     }
+
+    /// Returns each note once, with its first place and the number of others.
+    pub(crate) fn notes(&self) -> Vec<String> {
+        /// Maximum number of notes of a subject that are listed.
+        const MAX_LISTED: usize = 8;
+        let notes = self.notes.borrow();
+        let notes = grouped(notes.iter().map(|(subject, note)| ((*subject, &note.message), note.place())));
+        let mut notes: Vec<_> = notes.into_iter().collect();
+        notes.sort_by_key(|((subject, _), _)| *subject);
+        let mut lines = Vec::new();
+        for notes in notes.chunk_by(|a, b| a.0.0 == b.0.0) {
+            for ((_, message), places) in notes.iter().take(MAX_LISTED) {
+                let others = places.iter().filter(|place| **place != places[0]).count();
+                lines.push(format!("{}{}: {}", places[0], and_more(others), harmless(message)));
+            }
+            if notes.len() > MAX_LISTED {
+                lines.push(format!("and {} more like this", notes.len() - MAX_LISTED));
+            }
+        }
+        lines
+    }
+}
+
+/// Returns ` and 3 more`; an empty text for 0.
+pub(crate) fn and_more(others: usize) -> String {
+    if others > 0 { format!(" and {others} more") } else { String::new() }
 }
 
 /// Returns the values of each key, in the order in which the keys appear.

@@ -15,7 +15,7 @@ use std::collections::{HashMap, HashSet};
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
-use error::{Problems, did_you_mean};
+use error::{Log, did_you_mean};
 use manifest::{Keys, Manifest, StatedSpin};
 use polars::prelude::{DataFrame, PolarsResult, df};
 use schemars::Schema;
@@ -46,9 +46,9 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
         } else {
             "there is no such file; expected a dataset.toml, or a folder that holds one"
         };
-        let problems = Problems::new(what);
-        problems.add(&file, None, None, message);
-        return Err(problems.into_error());
+        let log = Log::default();
+        log.add(&file, None, None, message);
+        return Err(log.into_error(what));
     }
     checked(&file, None, what, dataset)
 }
@@ -69,7 +69,7 @@ pub fn schema() -> Schema {
 /// Returns the data set with its shots or tracks; without them if dataset.toml has problems.
 fn dataset(keys: Keys, source: &Source) -> Dataset {
     let manifest = keys.check(source);
-    if !source.problems.is_empty() {
+    if !source.log.is_empty() {
         return manifest.dataset;
     }
     if let Some(settings) = &manifest.tracks {
@@ -81,13 +81,13 @@ fn dataset(keys: Keys, source: &Source) -> Dataset {
         add_rows(&mut dataset, file, kind, assume, source);
     }
     let names = dataset.shots.iter().map(|shot| (shot.name.as_str(), shot.file.as_path(), shot.line));
-    check_unique(names, "", source.problems);
+    check_unique(names, "", source.log);
     number_shots(&mut dataset.shots);
     for shot in dataset.shots.iter_mut().filter(|_| dataset.side_sd > 0.0) {
         if !shot.add_side_spin(dataset.side_sd, dataset.ball.radius) {
             let message =
                 "is missing; expected a speed in every row, since [cue_spin] side_sd is a part of it";
-            source.problems.add(&shot.file, shot.line, "speed_m_s", message);
+            source.log.add(&shot.file, shot.line, "speed_m_s", message);
         }
     }
     dataset
@@ -97,7 +97,7 @@ fn dataset(keys: Keys, source: &Source) -> Dataset {
 pub(crate) fn check_unique<'a>(
     names: impl Iterator<Item = (&'a str, &'a Path, usize)>,
     remedy: &str,
-    problems: &Problems,
+    log: &Log,
 ) {
     let mut seen = HashMap::new();
     for (name, file, line) in names.filter(|(name, ..)| !name.is_empty()) {
@@ -106,7 +106,7 @@ pub(crate) fn check_unique<'a>(
             let message = format!(
                 "\"{name}\" also names the shot in line {other_line} of {other}; expected a name of its own{remedy}"
             );
-            problems.add(file, line, "shot", message);
+            log.add(file, line, "shot", message);
         }
     }
 }
@@ -208,7 +208,7 @@ fn add_rows(dataset: &mut Dataset, file: &Path, kind: Kind, assume: StatedSpin, 
     let observed = observables.iter().map(|one| (one.column(), one.unit_si(), FINITE));
     let spins = omega.map(|name| (name, 1.0, FINITE));
     let columns: Vec<Column> = before.iter().copied().chain(observed).chain(spins).collect();
-    let Some(table) = Table::read(file, source.problems) else { return };
+    let Some(table) = Table::read(file, source.log) else { return };
     let by = dataset.by.as_deref();
     if let Some(by) = by {
         check_label(by, &table, source);

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::error::{Problems, did_you_mean};
+use super::error::{Log, did_you_mean};
 use super::manifest::StatedSpin;
 use super::text::{
     Mark, Place, Slip, cells, filled_lines, line_end, parse, read_utf8, value, without_separator_line,
@@ -24,7 +24,7 @@ pub(crate) const OMEGA: [&str; 3] = ["omega_x", "omega_y", "omega_z"];
 /// The rows of a file; columns without a meaning are labels.
 pub(crate) struct Table<'a> {
     pub(crate) path: PathBuf,
-    pub(crate) problems: &'a Problems,
+    pub(crate) log: &'a Log,
     /// The separator of cells; unless it is a comma, decimals may have one.
     separator: char,
     header: Record,
@@ -57,27 +57,27 @@ impl<'a> Table<'a> {
 
     /// Reads the rows of a file without comments (`#`) and lines of blanks and commas only. `None`,
     /// with a problem, if it cannot be read.
-    pub(crate) fn read(path: &Path, problems: &'a Problems) -> Option<Self> {
-        let text = read_utf8(path, problems)?;
+    pub(crate) fn read(path: &Path, log: &'a Log) -> Option<Self> {
+        let text = read_utf8(path, log)?;
         let (text, stated) = without_separator_line(text.into());
         let separator = stated.unwrap_or_else(|| separator(&text));
-        let before = problems.len();
-        let wrong = |line: Option<usize>, message: &str| problems.add(path, line, None, message);
+        let before = log.len();
+        let wrong = |line: Option<usize>, message: &str| log.add(path, line, None, message);
         let mut rows = records(&text, separator, &|line, message| wrong(Some(line), message));
-        let has_slips = problems.len() > before;
+        let has_slips = log.len() > before;
         if rows.is_empty() && !has_slips {
             wrong(None, "is empty; expected a line of column names, and rows below it");
         }
         let header = rows.drain(..1.min(rows.len())).next()?;
-        let (line, names, before) = (header.line, &header.cells, problems.len());
+        let (line, names, before) = (header.line, &header.cells, log.len());
         for (i, name) in names.iter().enumerate() {
             if name.is_empty() {
                 wrong(Some(line), &format!("column {} has no name", i + 1));
             } else if names[..i].contains(name) {
-                problems.add(path, line, name.as_str(), "stands twice among the column names");
+                log.add(path, line, name.as_str(), "stands twice among the column names");
             }
         }
-        if problems.len() > before {
+        if log.len() > before {
             return None;
         }
         if rows.is_empty() && !has_slips {
@@ -89,26 +89,26 @@ impl<'a> Table<'a> {
             wrong(Some(line), &wrong_width(cells.len(), names.len(), header.line, Some(separator)));
         }
         let (path, known, numbers) = (path.to_path_buf(), Vec::new(), Vec::new());
-        let table = Self { path, problems, separator, header, rows, known, numbers };
+        let table = Self { path, log, separator, header, rows, known, numbers };
         (!table.rows.is_empty()).then_some(table)
     }
 
     /// Complains about cells of a column that are not numbers, or out of range in SI; a standard
     /// deviation may become 0 in radians.
     fn check_numbers(&self, name: &str, unit_si: f64, range: Condition, fault: &str) {
-        let (file, problems, Some(column)) = (self.path.as_path(), self.problems, self.place(name)) else {
+        let (file, log, Some(column)) = (self.path.as_path(), self.log, self.place(name)) else {
             return;
         };
         let mut marks = Mark::default();
         for Record { line, cells } in &self.rows {
             let (line, text) = (*line, cells[column].as_str());
-            let number = marks.number(Place { file, line, column: name, text, problems });
+            let number = marks.number(Place { file, line, column: name, text, log });
             if number.is_some_and(|number| Fault::of_number(name, number * unit_si, range).is_some()) {
-                problems.add(file, line, name, format!("{text} is {fault}; expected {}", range.1));
+                log.add(file, line, name, format!("{text} is {fault}; expected {}", range.1));
             }
         }
         if self.separator != ',' {
-            marks.finish(file, problems);
+            marks.finish(file, log);
         }
     }
 
@@ -120,7 +120,7 @@ impl<'a> Table<'a> {
         message: impl Into<String>,
     ) {
         let line = row.into().map_or(self.header.line, |row| self.line(row));
-        self.problems.add(&self.path, line, column, message);
+        self.log.add(&self.path, line, column, message);
     }
 
     pub(crate) fn rows(&self) -> std::ops::Range<usize> {

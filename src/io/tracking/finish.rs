@@ -4,12 +4,13 @@ use rayon::prelude::*;
 
 use super::camera::Calibration;
 use super::names::{assign, find, find_discs};
-use super::raw::{Job, Notes, RawShot, RawTrack, Row, Subject, jump_speed, sorted, stem};
-use super::repair::{self, Wrong, remove_lost};
+use super::raw::{Job, RawShot, RawTrack, Row, jump_speed, sorted, stem};
+use super::repair::{self, remove_lost};
 use super::settings::TrackSettings;
 use super::words::Unit;
 use super::{Facts, MIN_SHOTS_PER_CORE, time};
 use crate::film::rigid_body::circle_centres;
+use crate::io::error::{Log, Subject};
 use crate::io::text::shortened;
 use crate::measurement::dataset::Tracks;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
@@ -27,8 +28,8 @@ const CLEAR_RATIO: f64 = 2.0;
 /// numbers, without the file's name.
 pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawShot> {
     let repairs = shots.par_iter_mut().with_min_len(MIN_SHOTS_PER_CORE).map(remove_lost);
-    for notes in repairs.collect::<Vec<Notes>>() {
-        job.notes.append(notes);
+    for log in repairs.collect::<Vec<Log>>() {
+        job.log.append(log);
     }
     // names of shots in the table are believed
     if let [shot] = shots.as_slice() {
@@ -199,34 +200,24 @@ const MIN_GAPS: usize = 8;
 /// Largest ratio of the smallest step between coordinates to the grid: fast balls skip steps.
 const MAX_SKIPPED: usize = 12;
 
-/// Returns the shot of a file's rows. `Err`: all missing statements, or else the first fault.
-pub(super) fn shot(mut raw: RawShot, mut facts: Facts, job: Job) -> Result<TrackShot, Vec<Wrong>> {
+/// Returns the shot of a file's rows; `None`, with problems or damage, if that fails.
+pub(super) fn shot(mut raw: RawShot, mut facts: Facts, job: Job) -> Option<TrackShot> {
     let settings = job.settings;
     let names_balls = facts.names_balls || settings.tracks.cue.is_some() || settings.tracks.object.is_some();
     if settings.film.discs.is_some() && !names_balls {
-        find_discs(&raw, &mut facts, job).map_err(|wrong| vec![wrong])?;
+        find_discs(&raw, &mut facts, job)?;
     }
-    if let Err(mut wrong) = assign(&mut raw, &facts.names, job) {
-        // wrong names in the table of shots are its fault, not the shot's
-        for wrong in &mut wrong {
-            wrong.is_damage &= !facts.names_balls;
+    let are_assigned = assign(&mut raw, &facts, job);
+    if are_assigned {
+        for other in raw.tracks.extract_if(.., |track| track.role.is_none()) {
+            let message =
+                format!("the track \"{}\" is not cue or object; passed over", shortened(&other.name));
+            job.note(Subject::Names, other.line(), message);
         }
-        let time = time::convert(&mut raw, facts.capture_fps, job);
-        wrong.extend(time.err().map(|message| Wrong { line: raw.line, message, is_damage: false }));
-        return Err(wrong);
+        raw.tracks.sort_by_key(|track| track.role);
     }
-    for other in raw.tracks.extract_if(.., |track| track.role.is_none()) {
-        let message = format!("the track \"{}\" is not cue or object; passed over", shortened(&other.name));
-        job.note(Subject::Names, other.line(), message);
-    }
-    raw.tracks.sort_by_key(|track| track.role);
-    of_balls(raw, facts, job).map_err(|wrong| vec![wrong])
-}
-
-fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong> {
-    let calibration = &job.settings.calibration(raw.stated.unit);
     let fps = time::convert(&mut raw, facts.capture_fps, job);
-    let fps = fps.map_err(|message| Wrong { line: raw.line, message, is_damage: false })?;
+    let fps = fps.map_err(|message| job.wrong(raw.line, None, message)).ok().filter(|_| are_assigned)?;
     repair::unite_frames(&mut raw, job)?;
     let mut centres = [0, 1].map(|ball| centre(&mut raw.tracks, ball));
     let of =
@@ -237,8 +228,10 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
     if let Some(line) = swapped.filter(|_| !raw.tracks.is_empty()) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
                        not certain which of both did; expected them set right, or the shot skipped";
-        return Err(Wrong { line, message: message.to_string(), is_damage: true });
+        job.note(Subject::Damage, line, message);
+        return None;
     }
+    let calibration = &settings.calibration(raw.stated.unit);
     let resolution = resolution(&centres, calibration, job);
     let mut paths = centres.each_ref().map(|centre| samples(centre, centre, calibration));
     let mut markers: Vec<Marker> = Vec::new();
@@ -248,11 +241,11 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
             let name = track.point.as_ref().unwrap_or(&track.name).clone();
             markers.push(Marker { ball, name, samples: samples(track, &centres[i], calibration) });
         }
-        if job.settings.film.discs.is_some() && of(i).next().is_some() {
+        if settings.film.discs.is_some() && of(i).next().is_some() {
             let points: Vec<&[Sample]> =
                 markers[first..].iter().map(|marker| marker.samples.as_slice()).collect();
-            let damaged = |message| Wrong { line: raw.line, message, is_damage: true };
-            paths[i] = circle_centres(&points).map_err(damaged)?;
+            let damaged = |message| job.note(Subject::Damage, raw.line, message);
+            paths[i] = circle_centres(&points).map_err(damaged).ok()?;
         }
     }
     let spin = facts.spin();
@@ -261,16 +254,16 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
         line: raw.line,
         labels: facts.labels,
         markers,
-        position_sd: job.settings.tracks.position_sd_m,
+        position_sd: settings.tracks.position_sd_m,
         resolution,
         ..TrackShot::new(raw.name, fps, spin, paths)
     };
     let is_finite = |s: &mut Sample| [s.t, s.x, s.y].iter().all(|number| number.is_finite());
-    if shot.samples_mut().all(is_finite) {
-        return Ok(shot);
+    if !shot.samples_mut().all(is_finite) {
+        job.wrong(shot.line, None, "a position or time is too large to be converted");
+        return None;
     }
-    let message = "a position or time is too large to be converted".to_string();
-    Err(Wrong { line: shot.line, message, is_damage: false })
+    Some(shot)
 }
 
 /// Removes and returns the centre of a ball, or returns the mean of several points, which remain.

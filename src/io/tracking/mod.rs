@@ -20,14 +20,13 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
-use raw::{Job, Notes, RawShot, Stated, Subject, listed};
+use raw::{Job, RawShot, Stated, listed};
 use rayon::prelude::*;
-use repair::Wrong;
 use settings::{Format, NAMED, Names, TrackSettings};
 use words::Unit;
 
 use super::check_unique;
-use super::error::{Problems, did_you_mean};
+use super::error::{Log, Subject, did_you_mean};
 use super::manifest::{Manifest, StatedSpin};
 use super::table::{OMEGA, Table};
 use super::toml_file::Source;
@@ -43,27 +42,26 @@ const MIN_SHOTS_PER_CORE: usize = 64;
 
 /// Loads every file of the manifest; adds to the problems.
 pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Source) -> Tracks {
-    let (path, problems) = (source.path, source.problems);
-    let table = ShotsTable::read(settings, manifest, problems);
+    let (path, log) = (source.path, source.log);
+    let table = ShotsTable::read(settings, manifest, log);
     if let Some(by) = manifest.dataset.by.as_ref().filter(|by| !table.others.labels.contains_key(*by)) {
         let message =
             format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
         source.wrong("fit.by", message);
     }
-    let notes = Notes::default();
     let is_shots = |file: &PathBuf| settings.shots.as_ref() == Some(file);
     let files: Vec<&PathBuf> = manifest.files.iter().filter(|file| !is_shots(file)).collect();
     let (mut shots, mut is_motion_capture) = (Vec::new(), true);
     for file in &files {
-        let before = problems.len();
-        let job = Job { file, text: "", settings, notes: &notes, problems };
+        let before = log.len();
+        let job = Job { file, text: "", settings, log };
         let Some(read) = read::file(job, files.len() == 1) else { continue };
         if let Some(first) = read.first() {
             is_motion_capture &= first.stated.format == Format::Qualisys;
             check_unit(first.stated, job);
         }
         // consequences of unreadable rows are not reported
-        if problems.len() > before {
+        if log.len() > before {
             continue;
         }
         if read.iter().flat_map(|shot| &shot.tracks).all(|track| track.rows.is_empty()) {
@@ -71,13 +69,14 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
         }
         shots.extend(read);
     }
-    let are_whole = problems.is_empty();
-    names::pair(&mut shots, settings, &notes);
+    let are_whole = log.is_empty();
+    let job = Job { file: path, text: "", settings, log };
+    names::pair(&mut shots, job);
     table.name_by_file(&mut shots);
-    names::name_by_folder(&mut shots, &notes);
+    names::name_by_folder(&mut shots, job);
     let names = shots.iter().map(|shot| (shot.name.as_str(), shot.file.as_path(), shot.line));
     let remedy = ": another name of the file, or a table under [tracks] shots with the columns shot and file";
-    check_unique(names.clone(), remedy, problems);
+    check_unique(names.clone(), remedy, log);
     if are_whole {
         table.check_names(&names.map(|(name, ..)| name).collect());
     }
@@ -89,11 +88,11 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     });
     let names = shots.iter().map(|shot| shot.name.as_str());
     table.check_spins(names, StatedSpin::Unstated, path);
-    finish_all(shots, &table, &notes, &mut tracks);
+    finish_all(shots, &table, &mut tracks);
     let unmeasured =
         tracks.shots.iter().filter(|shot| settings.film.discs.is_none() && shot.markers.is_empty());
     table.check_spins(unmeasured.map(|shot| shot.name.as_str()), StatedSpin::Measured, path);
-    tracks.notes.extend(notes.into_lines().into_iter().chain(table.note));
+    tracks.notes.extend(log.notes().into_iter().chain(table.note));
     tracks.camera = settings.camera.values(is_motion_capture);
     tracks.fps = tracks.shots.first().map(|shot| shot.fps);
     tracks
@@ -126,39 +125,34 @@ fn check_unit(stated: Stated, job: Job) {
 
 /// Adds the finished shots, on all cores, in order. Damaged ones are left out with a reason; a
 /// fault of the file or of dataset.toml is a problem of the data set, as is that no shot remains.
-fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, notes: &Notes, tracks: &mut Tracks) {
+fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, tracks: &mut Tracks) {
     let settings = table.settings;
     let work: Vec<_> = shots.into_iter().map(|raw| (table.facts(&raw.name).clone(), raw)).collect();
     let finish = |(facts, raw): (Facts, RawShot)| {
-        let (name, file, notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
-        let job = Job { file: &file, text: "", settings, notes: &notes, problems: &Problems::new("") };
-        let shot = finish::shot(raw, facts, job);
-        (name, file, shot, notes)
+        let (name, file, log) = (raw.name.clone(), raw.file.clone(), Log::default());
+        let job = Job { file: &file, text: "", settings, log: &log };
+        (name, finish::shot(raw, facts, job), log)
     };
     let done: Vec<_> = work.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).map(finish).collect();
-    let mut faults = Vec::new();
+    let mut damaged = Vec::new();
     let mut firsts: HashMap<u64, String> = HashMap::new();
-    for (name, file, shot, own_notes) in done {
-        notes.append(own_notes);
-        match shot {
-            Ok(shot) => {
-                let first = firsts.entry(hash_places(&shot)).or_insert_with(|| name.clone());
-                if *first != name {
-                    let message = format!(
-                        "all positions are those of shot {first}; expected each clip once: a copy makes errors too small"
-                    );
-                    notes.add(&file, Subject::Repeated, Some(shot.line), message);
-                }
-                tracks.shots.push(shot);
-            }
-            Err(wrong) => faults.extend(wrong.into_iter().map(|wrong| (name.clone(), file.clone(), wrong))),
+    for (name, shot, log) in done {
+        damaged.extend(table.log.append(log).into_iter().map(|damage| (name.clone(), damage)));
+        let Some(shot) = shot else { continue };
+        let first = firsts.entry(hash_places(&shot)).or_insert_with(|| name.clone());
+        if *first != name {
+            let message = format!(
+                "all positions are those of shot {first}; expected each clip once: a copy makes errors too small"
+            );
+            table.log.note(Subject::Repeated, &shot.file, shot.line, message);
         }
+        tracks.shots.push(shot);
     }
-    for (name, file, Wrong { line, message, is_damage }) in faults {
-        if is_damage && !tracks.shots.is_empty() {
-            tracks.left_out.push((name, format!("{}:{line}: {message}", file.display())));
+    for (name, damage) in damaged {
+        if tracks.shots.is_empty() {
+            table.log.add(&damage.file, damage.line, None, damage.message);
         } else {
-            table.problems.add(&file, line, None, message);
+            tracks.left_out.push((name, damage.to_string()));
         }
     }
 }
@@ -208,7 +202,7 @@ impl Facts {
 /// The rows of the table that `[tracks] shots` names, by the names of shots, in the file's order.
 struct ShotsTable<'a> {
     settings: &'a TrackSettings,
-    problems: &'a Problems,
+    log: &'a Log,
     rows: IndexMap<String, Facts>,
     /// The facts of shots without a row, whose labels are empty.
     others: Facts,
@@ -216,13 +210,13 @@ struct ShotsTable<'a> {
 }
 
 impl<'a> ShotsTable<'a> {
-    fn read(settings: &'a TrackSettings, manifest: &Manifest, problems: &'a Problems) -> Self {
+    fn read(settings: &'a TrackSettings, manifest: &Manifest, log: &'a Log) -> Self {
         let (assumed, by) = (manifest.assume, manifest.dataset.by.as_deref().unwrap_or_default());
         let capture_fps = settings.fps();
         let others =
             Facts { stated: assumed, names: settings.names.clone(), capture_fps, ..Facts::default() };
-        let mut all = Self { settings, problems, rows: IndexMap::new(), others, note: None };
-        let read = |path: &PathBuf| Table::read(path, problems);
+        let mut all = Self { settings, log, rows: IndexMap::new(), others, note: None };
+        let read = |path: &PathBuf| Table::read(path, log);
         let Some(table) = settings.shots.as_ref().and_then(read) else { return all };
         let [x, y, z] = OMEGA.map(|name| (name, 1.0, FINITE));
         let table = table.with(KNOWN, &[x, y, z, ("capture_fps", 1.0, RATE)], "shot", by);
@@ -261,7 +255,7 @@ impl<'a> ShotsTable<'a> {
     }
 
     fn wrong(&self, line: usize, column: &str, message: String) {
-        self.problems.add(self.settings.shots.as_deref().unwrap_or(Path::new("")), line, column, message);
+        self.log.add(self.settings.shots.as_deref().unwrap_or(Path::new("")), line, column, message);
     }
 
     fn facts(&self, shot: &str) -> &Facts {
@@ -285,7 +279,7 @@ impl<'a> ShotsTable<'a> {
             )
         };
         if !names.is_empty() {
-            self.problems.add(path, None, None, message);
+            self.log.add(path, None, None, message);
         }
     }
 

@@ -3,11 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::Facts;
-use super::raw::{Job, Notes, RawShot, RawTrack, Subject, listed, quoted, sorted, span, stem};
-use super::repair::Wrong;
-use super::settings::{NAMED, Names, TrackSettings};
+use super::raw::{Job, RawShot, RawTrack, listed, quoted, sorted, span, stem};
+use super::settings::{NAMED, Names};
 use crate::film::rigid_body::circle_centres;
-use crate::io::error::grouped;
+use crate::io::error::{Subject, grouped};
 use crate::io::text::shortened;
 use crate::measurement::track::Sample;
 use crate::numerics::median;
@@ -22,20 +21,26 @@ const MEDIAN_FRAMES: usize = 5;
 const MAX_INEQUALITY: f64 = 0.1;
 
 /// Marks the tracks of both balls and of the points on them, by names in the order of [`NAMED`].
-/// `Err`: the first name under each key that is not that of one track.
-pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], job: Job) -> Result<(), Vec<Wrong>> {
+/// Returns whether each name is that of one track, and complains about the first under each key that
+/// is not.
+pub(super) fn assign(raw: &mut RawShot, facts: &Facts, job: Job) -> bool {
     let RawShot { tracks, line, .. } = raw;
-    let mut wrong = Vec::new();
-    for (which, (key, names)) in NAMED.into_iter().zip(names).enumerate() {
+    let mut are_found = true;
+    for (which, (key, names)) in NAMED.into_iter().zip(&facts.names).enumerate() {
         for (order, name) in names.0.iter().enumerate() {
-            let place = find(tracks, name).map_err(|message| (message, false));
-            let missing = || missing(tracks, name, &format!("{key} = {}", names.shown()), order);
-            let i = match place.and_then(|place| place.ok_or_else(|| (missing(), true))) {
-                Ok(i) => i,
-                Err((message, is_damage)) => {
-                    wrong.push(Wrong { line: *line, message, is_damage });
-                    break;
+            let place = find(tracks, name).map_err(|message| job.wrong(*line, None, message));
+            let Ok(Some(i)) = place else {
+                are_found = false;
+                if place.is_ok() {
+                    let message = missing(tracks, name, &format!("{key} = {}", names.shown()), order);
+                    // wrong names in the table of shots are its fault, not the shot's
+                    if facts.names_balls {
+                        job.wrong(*line, None, message);
+                    } else {
+                        job.note(Subject::Damage, *line, message);
+                    }
                 }
+                break;
             };
             let track = tracks[i].name.clone();
             if track != *name {
@@ -48,7 +53,7 @@ pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], job: Job) -> Result<
             }
         }
     }
-    if wrong.is_empty() { Ok(()) } else { Err(wrong) }
+    are_found
 }
 
 /// Says that a track is missing; other shots may have both balls.
@@ -105,8 +110,8 @@ struct Single {
 
 /// Joins the shots of one ball each whose files differ by the ball's name only, or that are the
 /// only two. The missing ball of others is reported when they are finished.
-pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Notes) {
-    let Some(names) = settings.single_names() else { return };
+pub(super) fn pair(raw: &mut Vec<RawShot>, job: Job) {
+    let Some(names) = job.settings.single_names() else { return };
     let singles: Vec<(usize, Single)> =
         raw.iter().enumerate().filter_map(|(i, shot)| Some((i, single(shot, names)?))).collect();
     let are_only = raw.len() == 2;
@@ -129,7 +134,7 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
         }
         let message =
             format!("is cue ball of the shot \"{}\", whose object ball is {}", shot.name, file.display());
-        notes.add(&shot.file, Subject::Names, None, message);
+        job.log.note(Subject::Names, &shot.file, None, message);
     }
     raw.retain(|shot| !shot.tracks.is_empty());
 }
@@ -175,26 +180,26 @@ fn without(stem: &str, ball: &str) -> Option<String> {
 }
 
 /// Puts the folder before equal names of shots, as of A/1.csv and B/1.csv.
-pub(super) fn name_by_folder(raw: &mut [RawShot], notes: &Notes) {
+pub(super) fn name_by_folder(raw: &mut [RawShot], job: Job) {
     let twins = grouped(raw.iter().map(|shot| (shot.name.clone(), ())));
     for shot in raw.iter_mut().filter(|shot| twins[&shot.name].len() > 1) {
         let Some(folder) = shot.file.parent().and_then(Path::file_name) else { continue };
         let message = "files in several folders have equal names: their shots are named with the folder";
-        notes.add(&shot.file, Subject::Names, None, message);
+        job.log.note(Subject::Names, &shot.file, None, message);
         shot.name = format!("{}/{}", folder.display(), shot.name);
     }
 }
 
 /// Determines the names of both discs, the first to move first, unless tracks are named cue or
 /// object or name their points: each is one track, or three or more that keep their distances. The
-/// result replaces the names of the facts.
-pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(), Wrong> {
+/// result replaces the names of the facts. `None`, with damage, if the tracks are not two discs.
+pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Option<()> {
     let is_named = |name: &str| !matches!(find(&raw.tracks, name), Ok(None));
     if ["cue", "object"].into_iter().any(is_named)
         || raw.tracks.len() < 2
         || raw.tracks.iter().any(|track| track.point.is_some())
     {
-        return Ok(());
+        return Some(());
     }
     let calibration = job.settings.calibration(raw.stated.unit);
     let mut points = raw.tracks.clone();
@@ -204,7 +209,7 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(
     let groups = if points.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
     let names_of =
         |group: &Vec<usize>| -> Vec<String> { group.iter().map(|i| raw.tracks[*i].name.clone()).collect() };
-    let mut groups: [Vec<usize>; 2] = groups.try_into().map_err(|groups: Vec<Vec<usize>>| {
+    let complain = |groups: Vec<Vec<usize>>| {
         let known: Vec<String> = groups.iter().map(|group| quoted(names_of(group))).collect();
         let known = if known.is_empty() { "none".to_string() } else { known.join(" and ") };
         let message = format!(
@@ -213,8 +218,9 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(
              shot skipped",
             points.len()
         );
-        Wrong { line: raw.line, message, is_damage: true }
-    })?;
+        job.note(Subject::Damage, raw.line, message);
+    };
+    let mut groups: [Vec<usize>; 2] = groups.try_into().map_err(complain).ok()?;
     let begin = |group: &Vec<usize>| span(group.iter().filter_map(|i| raw.beginning(&raw.tracks[*i])))[0];
     groups.sort_by(|one, other| begin(one).total_cmp(&begin(other)));
     let members = groups.each_ref().map(|group| group.iter().map(|i| &points[*i]).collect());
@@ -240,7 +246,7 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(
     let ([cue, cue_markers], [object, object_markers]) = (one, other);
     facts.names = [cue, object, cue_markers, object_markers].map(Names);
     facts.names_balls = true;
-    Ok(())
+    Some(())
 }
 
 /// Returns the groups of three or more points that keep their distances, the most rigid first.

@@ -9,11 +9,11 @@ use serde_json::value::RawValue;
 use super::finish;
 use super::formats::FORMATS;
 use super::heading::{Heading, Rows, TITLES, headings};
-use super::raw::{Job, RawShot, RawTrack, Stated, Subject, stem};
+use super::raw::{Job, RawShot, RawTrack, Stated, stem};
 use super::reader::{self, Body, Layout, Reader, number_twins};
 use super::settings::{Column, Columns, Format, angle_unit};
 use super::words::{FRAMES, TIMES, Unit, find};
-use crate::io::error::did_you_mean;
+use crate::io::error::{Subject, did_you_mean};
 use crate::io::text::{decode, filled_lines, shortened, value, without_separator_line};
 use crate::measurement::number::count_of;
 
@@ -48,13 +48,13 @@ fn as_written(job: Job) -> Option<Vec<RawShot>> {
     if wanted(Format::Json) && is_json(job.text) {
         return read_json(job);
     }
-    let before = job.problems.len();
+    let before = job.log.len();
     let headings = headings(job.text, TITLES);
     for (_, layout) in FORMATS.into_iter().filter(|(format, _)| wanted(*format)) {
         if let Some(layout) = layout(&headings, job) {
             return Some(by_layout(&layout, job));
         }
-        if job.problems.len() > before {
+        if job.log.len() > before {
             return None;
         }
     }

@@ -5,10 +5,11 @@ use std::borrow::Cow;
 use indexmap::IndexMap;
 
 use super::heading::Heading;
-use super::raw::{Job, RawShot, RawTrack, Row, Stated, Subject, listed, stem};
+use super::raw::{Job, RawShot, RawTrack, Row, Stated, listed, stem};
 use super::settings::Format;
 use super::time::count_frames;
 use super::words::{Clock, Unit, clock};
+use crate::io::error::Subject;
 use crate::io::text::{self, Mark, Place, lines, name_of, shortened, wrong_width};
 
 /// Number of problems of a file after which reading ends.
@@ -19,8 +20,8 @@ const LIKELY: f64 = 0.6;
 /// Reads the rows of a file; reports those with a wrong number of cells.
 pub(super) fn read(job: Job, layout: &Layout) -> Vec<RawShot> {
     let mut reader = Reader::new(job, layout);
-    let limit = job.problems.len() + MAX_PROBLEMS;
-    for (line, text) in lines(job.text).take_while(|_| job.problems.len() < limit) {
+    let limit = job.log.len() + MAX_PROBLEMS;
+    for (line, text) in lines(job.text).take_while(|_| job.log.len() < limit) {
         let content = text.trim_start();
         let bodies = layout.bodies_at(line);
         // a row of empty cells may be a frame if rows are counted
@@ -88,12 +89,12 @@ impl<'a> Reader<'a> {
 
     pub(super) fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body]) {
         let (job, layout) = (self.job, self.layout);
-        let Job { file, problems, .. } = job;
+        let Job { file, log, .. } = job;
         let at = |column: usize| {
             let (column, text) = (layout.heading.names[column].as_str(), cells[column].as_ref());
-            Place { file, line, column, text, problems }
+            Place { file, line, column, text, log }
         };
-        let before = problems.len();
+        let before = log.len();
         for (what, column) in [("shot", layout.shot), ("ball", layout.ball)] {
             let Some(cell) = column.map(at).filter(|cell| cell.text.is_empty()) else { continue };
             if what == "ball" && layout.stated.format == Format::Columns {
@@ -107,7 +108,7 @@ impl<'a> Reader<'a> {
             time = self.time(cell);
             let has_position =
                 layout.ball.is_some() || bodies.iter().any(|body| !at(body.xy[0]).text.is_empty());
-            if time.is_none() && has_position && problems.len() == before {
+            if time.is_none() && has_position && log.len() == before {
                 cell.wrong("is empty; expected a time, or the number of a frame");
             }
             if time.is_none() {
@@ -211,7 +212,7 @@ impl<'a> Reader<'a> {
         for mark in
             [&self.times, &self.positions].into_iter().filter(|_| self.layout.stated.format != Format::Json)
         {
-            mark.finish(job.file, job.problems);
+            mark.finish(job.file, job.log);
         }
         if self.positions.is_comma() || self.times.is_comma() {
             job.note(Subject::Format, None, "decimal comma");

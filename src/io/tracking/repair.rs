@@ -3,7 +3,8 @@
 
 use nalgebra::Vector4;
 
-use super::raw::{Job, Notes, RawShot, RawTrack, Row, Subject, UNLIKE, jump_speed, value_at};
+use super::raw::{Job, RawShot, RawTrack, Row, UNLIKE, jump_speed, value_at};
+use crate::io::error::{Log, Subject};
 
 /// Ratio to the step of coarse coordinates below which a ball may move without being seen to.
 const MAX_COARSE: f64 = 4.0;
@@ -11,19 +12,10 @@ const MAX_COARSE: f64 = 4.0;
 /// exchanged; a wrong place makes it 1/2.
 const MAX_SWAPPED: f64 = 0.3;
 
-/// A fault of a shot, and its line.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Wrong {
-    pub(crate) line: usize,
-    pub(crate) message: String,
-    /// Whether only this shot is damaged and can be left out; else the file or dataset.toml is.
-    pub(crate) is_damage: bool,
-}
-
 /// Makes gaps of placeholders for a lost ball, unless its path leads there, and of impossible
 /// places and times: a lost decimal point, a misprint. Returns notes about them.
-pub(super) fn remove_lost(shot: &mut RawShot) -> Notes {
-    let notes = Notes::default();
+pub(super) fn remove_lost(shot: &mut RawShot) -> Log {
+    let log = Log::default();
     let paths = shot.tracks.iter().filter(|track| !track.is_angle);
     let paths: Vec<Vec<&Row>> = paths.map(|track| track.seen().collect()).collect();
     // the ranges of the middle nine tenths of x, y and time
@@ -41,7 +33,7 @@ pub(super) fn remove_lost(shot: &mut RawShot) -> Notes {
     };
     let is_doubtful = |row: &&Row| row.is_placeholder() || (0..3).any(|k| is_off(row, k));
     if !paths.iter().flatten().any(is_doubtful) {
-        return notes;
+        return log;
     }
     let good = paths.iter().flat_map(|path| path.windows(2)).filter(|two| !two.iter().any(is_doubtful));
     let limit = jump_speed(good.map(|two| two[0].step(two[1])));
@@ -68,11 +60,11 @@ pub(super) fn remove_lost(shot: &mut RawShot) -> Notes {
             let Some(why) = why else { continue };
             let [x, y] = row.place;
             let message = format!("\"{name}\" is at ({x}, {y}), {why}: taken as a gap");
-            notes.add(&shot.file, Subject::Gaps, Some(row.line), message);
+            log.note(Subject::Gaps, &shot.file, row.line, message);
             row.lose();
         }
     }
-    notes
+    log
 }
 
 impl Row {
@@ -85,8 +77,9 @@ impl Row {
     }
 }
 
-/// Unites frames of one time. `Err`: a track at two places at a time, or a clock that starts again.
-pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Result<(), Wrong> {
+/// Unites frames of one time. `None`, with a problem: a track at two places at a time, or a clock
+/// that starts again.
+pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Option<()> {
     for RawTrack { name, rows, .. } in &mut shot.tracks {
         let mut written: Vec<&Row> = rows.iter().collect();
         written.sort_by_key(|row| row.line);
@@ -96,11 +89,12 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Result<(), Wrong> {
                 "time of \"{name}\" runs backwards, from {:.6} s to {:.6} s; expected each clip as a shot of its own",
                 two[0].time, two[1].time
             );
-            Wrong { line: two[1].line, message, is_damage: false }
+            (two[1].line, message)
         });
         let is_second = written.len() > 2 && written[written.len() - 1].time < written[0].time;
-        if let Some(clip) = clip.clone().filter(|_| backwards.next().is_none() && is_second) {
-            return Err(clip);
+        if let Some((line, message)) = clip.clone().filter(|_| backwards.next().is_none() && is_second) {
+            job.wrong(line, None, message);
+            return None;
         }
         let mut united: Vec<Row> = Vec::with_capacity(rows.len());
         for row in rows.iter() {
@@ -113,7 +107,9 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Result<(), Wrong> {
                     "\"{name}\" is at two places at {:.6} s: ({}, {}) here and ({}, {}) in line {}; expected one",
                     row.time, row.place[0], row.place[1], known.place[0], known.place[1], known.line
                 );
-                return Err(clip.unwrap_or(Wrong { line: row.line, message, is_damage: false }));
+                let (line, message) = clip.unwrap_or((row.line, message));
+                job.wrong(line, None, message);
+                return None;
             }
             let message =
                 format!("\"{name}\" has its time twice (line {}); one row is passed over", known.line);
@@ -123,26 +119,23 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Result<(), Wrong> {
             }
         }
         *rows = united;
-        if let Some(Wrong { line, .. }) = clip {
+        if let Some((line, _)) = clip {
             let message = format!("the rows of \"{name}\" are not in the order of time; put in order");
             job.note(Subject::Order, line, message);
         }
     }
-    Ok(())
+    Some(())
 }
 
 /// Turns frames into gaps that repeat the frame before while a ball moves beyond `resolution`.
-pub(super) fn remove_repeated_frames(
-    balls: &mut [RawTrack; 2],
-    resolution: f64,
-    job: Job,
-) -> Result<(), Wrong> {
+/// `None`, with damage, if a frame was put in.
+pub(super) fn remove_repeated_frames(balls: &mut [RawTrack; 2], resolution: f64, job: Job) -> Option<()> {
     let [cue, object] = balls;
     let frames = cue.frames_with(object);
     let step = |ball: usize, two: &[[Row; 2]]| two[0][ball].distance(&two[1][ball]);
     let steps: Vec<f64> = frames.windows(2).map(|two| step(0, two).max(step(1, two))).collect();
     if steps.iter().filter(|step| **step == 0.0).count() * 5 > steps.len() {
-        return Ok(());
+        return Some(());
     }
     let repeats = (1..steps.len()).filter(|k| steps[*k] == 0.0 && steps[k - 1] != 0.0);
     let repeats = repeats.map_while(|first| Some([first, (first..steps.len()).find(|k| steps[*k] != 0.0)?]));
@@ -163,7 +156,8 @@ pub(super) fn remove_repeated_frames(
              frames after it renumbered; or skip the shot",
             sentence(*first)
         );
-        return Err(Wrong { line: frames[first + 1][0].line, message, is_damage: true });
+        job.note(Subject::Damage, frames[first + 1][0].line, message);
+        return None;
     }
     for [first, end] in repeats {
         let message = format!("{}: a repeated frame, taken as a gap", sentence(first));
@@ -172,7 +166,7 @@ pub(super) fn remove_repeated_frames(
         let rows = cue.rows.iter_mut().chain(&mut object.rows);
         rows.filter(|row| (lost..=last).contains(&row.time)).for_each(Row::lose);
     }
-    Ok(())
+    Some(())
 }
 
 /// Returns the squared distance between the step of both balls from frame `end` and the step that

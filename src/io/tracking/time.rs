@@ -1,8 +1,9 @@
 //! The time of each row, from the camera's frame rate and the times of the file: its clock shows
 //! frame n at t = t₀ + n/rate, rounded; whole numbers n are searched for that agree with all times.
 
-use super::raw::{Job, RawShot, RawTrack, Row, Subject, sorted, span};
+use super::raw::{Job, RawShot, RawTrack, Row, sorted, span};
 use super::words::Unit;
+use crate::io::error::Subject;
 use crate::numerics::median;
 
 /// Largest deviation from even steps beyond rounding, in steps: of frame rates, of times from whole
