@@ -67,6 +67,17 @@ impl StatedSpin {
     pub(crate) fn named(word: &str) -> Option<Self> {
         if word == "measured" { Some(Self::Measured) } else { word.parse().ok().map(Self::Is) }
     }
+
+    /// Returns what is wrong with a shot whose spin `columns` do not measure.
+    pub(crate) fn complaint(self, columns: &str) -> String {
+        if self == Self::Measured {
+            return format!("the spin is said to be measured; expected values in {columns}");
+        }
+        format!(
+            "the cue ball's spin is not stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
+             \"unknown\" in dataset.toml, a column cue_spin, or columns {columns}"
+        )
+    }
 }
 
 /// The keys of a dataset.toml.

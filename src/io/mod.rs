@@ -25,7 +25,6 @@ use toml_file::{Source, checked};
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};
 use crate::measurement::fault::{Condition, FINITE, POSITIVE};
 use crate::measurement::observable::Observable;
-use crate::measurement::spin::Spin;
 use crate::measurement::track::{Sample, TrackShot, TrackedBall};
 use crate::measurement::valid::is_unit;
 
@@ -223,8 +222,11 @@ fn add_rows(dataset: &mut Dataset, file: &Path, kind: Kind, assume: StatedSpin, 
         } else {
             at("cut_deg").map(|cut| Before::Angle { cut, speed: at("speed_m_s") })
         };
-        let spin = stated.and_then(|stated| spin(&table, row, omega, stated));
-        let (Some(before), Some(spin)) = (before, spin) else { continue };
+        if let Some(stated @ (StatedSpin::Measured | StatedSpin::Unstated)) = stated {
+            let column = ["cue_spin", omega[0]].into_iter().find(|name| table.has(name));
+            table.wrong(row, column, stated.complaint(&omega.join(", ")));
+        }
+        let (Some(before), Some(StatedSpin::Is(spin))) = (before, stated) else { continue };
         let after = observables.iter().filter_map(|observable| {
             Some(Measurement { observable: *observable, measured: at(observable.column())? })
         });
@@ -274,21 +276,6 @@ fn check_observed(table: &Table, observables: &[Observable]) {
         let expected = columns.join(" or ");
         table.wrong(row, None, format!("no observed value in this row; expected a value in {expected}"));
     }
-}
-
-/// Returns the spin of a row; complains if it is not stated, or without its numbers.
-fn spin(table: &Table, row: usize, columns: [&str; 3], stated: StatedSpin) -> Option<Spin> {
-    let all = columns.join(", ");
-    let message = match stated {
-        StatedSpin::Is(spin) => return Some(spin),
-        StatedSpin::Measured => format!("the spin is said to be measured; expected values in {all}"),
-        StatedSpin::Unstated => format!(
-            "the cue ball's spin is not stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
-             \"unknown\" in dataset.toml, a column cue_spin, or columns {all}"
-        ),
-    };
-    table.wrong(row, ["cue_spin", columns[0]].into_iter().find(|name| table.has(name)), message);
-    None
 }
 
 fn impact(table: &Table, row: usize, [nx, ny]: [Measured; 2], velocity: [Measured; 2]) -> Before {

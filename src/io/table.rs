@@ -29,6 +29,7 @@ pub(crate) struct Table<'a> {
     separator: char,
     header: Record,
     rows: Vec<Record>,
+    /// Columns of texts and of numbers with meanings.
     known: Vec<&'static str>,
     numbers: Vec<Column>,
 }
@@ -81,16 +82,13 @@ impl<'a> Table<'a> {
             return None;
         }
         if rows.is_empty() && !has_slips {
-            let hint = if text.contains("\n#") { " (lines that begin with # are comments)" } else { "" };
-            wrong(Some(line), &format!("no rows below the column names; expected at least one{hint}"));
+            wrong(Some(line), "no rows below the column names (lines that begin with # are comments)");
         }
-        let is_whole = |Record { cells, .. }: &Record| cells.len() == names.len();
-        for Record { line, cells } in rows.extract_if(.., |record| !is_whole(record)) {
+        for Record { line, cells } in rows.extract_if(.., |row| row.cells.len() != names.len()) {
             wrong(Some(line), &wrong_width(cells.len(), names.len(), header.line, Some(separator)));
         }
         let (path, known, numbers) = (path.to_path_buf(), Vec::new(), Vec::new());
-        let table = Self { path, log, separator, header, rows, known, numbers };
-        (!table.rows.is_empty()).then_some(table)
+        (!rows.is_empty()).then_some(Self { path, log, separator, header, rows, known, numbers })
     }
 
     /// Complains about cells of a column that are not numbers, or out of range in SI; a standard

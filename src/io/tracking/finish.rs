@@ -11,6 +11,7 @@ use super::words::Unit;
 use super::{Facts, MIN_SHOTS_PER_CORE, time};
 use crate::film::rigid_body::circle_centres;
 use crate::io::error::{Log, Subject};
+use crate::io::manifest::StatedSpin;
 use crate::io::text::shortened;
 use crate::measurement::dataset::Tracks;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
@@ -152,7 +153,7 @@ fn join(shot: &mut RawShot, job: Job) {
     }
     let mut order: Vec<usize> = (0..shot.tracks.len()).collect();
     order.sort_by(|a, b| shot.tracks[*a].rows[0].time.total_cmp(&shot.tracks[*b].rows[0].time));
-    let find = |name: &str| find(&shot.tracks, name).ok().flatten();
+    let find = |name: &str| Some(find(&shot.tracks, name)).filter(|found| found.len() == 1)?.pop();
     let count = |time: f64| shot.tracks.iter().filter(|track| track.at(time).is_some()).count();
     let heads = match job.settings.single_names().map(|names| names.map(find)) {
         Some([Some(cue), Some(object)]) => [cue, object],
@@ -201,8 +202,13 @@ const MIN_GAPS: usize = 8;
 const MAX_SKIPPED: usize = 12;
 
 /// Returns the shot of a file's rows; `None`, with problems or damage, if that fails.
-pub(super) fn shot(mut raw: RawShot, mut facts: Facts, job: Job) -> Option<TrackShot> {
-    let settings = job.settings;
+pub(super) fn shot(mut raw: RawShot, facts: &Facts, job: Job) -> Option<TrackShot> {
+    /// Measurements of spin.
+    const MEASURED: &str = "omega_x, omega_y and omega_z of the table that [tracks] shots names, or markers on the cue ball ([tracks] cue_markers)";
+    let (settings, mut facts) = (job.settings, facts.clone());
+    if facts.stated == StatedSpin::Unstated {
+        job.wrong(raw.line, None, facts.stated.complaint(MEASURED));
+    }
     let names_balls = facts.names_balls || settings.tracks.cue.is_some() || settings.tracks.object.is_some();
     if settings.film.discs.is_some() && !names_balls {
         find_discs(&raw, &mut facts, job)?;
@@ -247,6 +253,9 @@ pub(super) fn shot(mut raw: RawShot, mut facts: Facts, job: Job) -> Option<Track
             let damaged = |message| job.note(Subject::Damage, raw.line, message);
             paths[i] = circle_centres(&points).map_err(damaged).ok()?;
         }
+    }
+    if facts.stated == StatedSpin::Measured && settings.film.discs.is_none() && markers.is_empty() {
+        job.wrong(raw.line, None, facts.stated.complaint(MEASURED));
     }
     let spin = facts.spin();
     let mut shot = TrackShot {

@@ -25,12 +25,10 @@ pub(super) fn remove_lost(shot: &mut RawShot) -> Log {
         let mut all: Vec<f64> = good.map(|row| values(row)[k]).collect();
         [0.05, 0.95].map(|part| value_at(&mut all, part).unwrap_or(f64::NAN))
     });
-    let [x, y, t] = ranges.map(|[low, high]| high - low);
-    let reach = [x.max(y), x.max(y), t].map(|range| UNLIKE * range);
-    let is_off = |row: &Row, k: usize| {
-        let ([low, high], value) = (ranges[k], values(row)[k]);
-        value < low - reach[k] || value > high + reach[k]
-    };
+    let [x, y, t] = ranges.map(|[low, high]| UNLIKE * (high - low));
+    let reach = [x.max(y), x.max(y), t];
+    let excess = |row: &Row, k: usize| (ranges[k][0] - values(row)[k]).max(values(row)[k] - ranges[k][1]);
+    let is_off = |row: &Row, k: usize| excess(row, k) > reach[k];
     let is_doubtful = |row: &&Row| row.is_placeholder() || (0..3).any(|k| is_off(row, k));
     if !paths.iter().flatten().any(is_doubtful) {
         return log;
@@ -83,18 +81,17 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Option<()> {
     for RawTrack { name, rows, .. } in &mut shot.tracks {
         let mut written: Vec<&Row> = rows.iter().collect();
         written.sort_by_key(|row| row.line);
-        let mut backwards = written.windows(2).filter(|two| two[1].time < two[0].time);
-        let clip = backwards.next().map(|two| {
-            let message = format!(
-                "time of \"{name}\" runs backwards, from {:.6} s to {:.6} s; expected each clip as a shot of its own",
-                two[0].time, two[1].time
-            );
-            (two[1].line, message)
-        });
-        let is_second = written.len() > 2 && written[written.len() - 1].time < written[0].time;
-        if let Some((line, message)) = clip.clone().filter(|_| backwards.next().is_none() && is_second) {
+        let backwards: Vec<&[&Row]> = written.windows(2).filter(|two| two[1].time < two[0].time).collect();
+        let back = backwards.first().map(|two| two[1].line);
+        let complain_of_clips = |line: usize| {
+            let message =
+                format!("time of \"{name}\" runs backwards; expected each clip as a shot of its own");
             job.wrong(line, None, message);
-            return None;
+            None
+        };
+        let is_second = written.len() > 2 && written[written.len() - 1].time < written[0].time;
+        if let Some(line) = back.filter(|_| backwards.len() == 1 && is_second) {
+            return complain_of_clips(line);
         }
         let mut united: Vec<Row> = Vec::with_capacity(rows.len());
         for row in rows.iter() {
@@ -103,23 +100,24 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Option<()> {
                 continue;
             };
             if !known.is_gap() && !row.is_gap() && known.place != row.place {
-                let message = format!(
-                    "\"{name}\" is at two places at {:.6} s: ({}, {}) here and ({}, {}) in line {}; expected one",
-                    row.time, row.place[0], row.place[1], known.place[0], known.place[1], known.line
-                );
-                let (line, message) = clip.unwrap_or((row.line, message));
-                job.wrong(line, None, message);
+                if let Some(line) = back {
+                    return complain_of_clips(line);
+                }
+                let ([x, y], [known_x, known_y], time, line) = (row.place, known.place, row.time, known.line);
+                let places = format!("({x}, {y}) here and ({known_x}, {known_y}) in line {line}");
+                let message = format!("\"{name}\" is at two places at {time:.6} s: {places}; expected one");
+                job.wrong(row.line, None, message);
                 return None;
             }
-            let message =
-                format!("\"{name}\" has its time twice (line {}); one row is passed over", known.line);
+            let Row { line, .. } = known;
+            let message = format!("\"{name}\" has its time twice (line {line}); one row is passed over");
             job.note(Subject::Repeated, row.line, message);
             if known.is_gap() {
                 *known = *row;
             }
         }
         *rows = united;
-        if let Some((line, _)) = clip {
+        if let Some(line) = back {
             let message = format!("the rows of \"{name}\" are not in the order of time; put in order");
             job.note(Subject::Order, line, message);
         }
@@ -141,9 +139,11 @@ pub(super) fn remove_repeated_frames(balls: &mut [RawTrack; 2], resolution: f64,
     let repeats = repeats.map_while(|first| Some([first, (first..steps.len()).find(|k| steps[*k] != 0.0)?]));
     let is_moving = |[first, end]: &[usize; 2]| steps[first - 1].min(steps[*end]) >= MAX_COARSE * resolution;
     let repeats: Vec<[usize; 2]> = repeats.filter(is_moving).collect();
-    let sentence = |first: usize| {
-        let known = frames[first][0].line;
-        format!("both balls are exactly where they were in line {known} while they move before and after")
+    let complain = |subject: Subject, first: usize, consequence: &str| {
+        let ([Row { line: known, .. }, _], [Row { line, .. }, _]) = (frames[first], frames[first + 1]);
+        let sentence = "both balls are exactly where they were in line";
+        let message = format!("{sentence} {known} while they move before and after{consequence}");
+        job.note(subject, line, message);
     };
     // the steps after repeated frames hold their motion, too, unless frames were put in
     let lateness = repeats.iter().map(|[first, end]| {
@@ -151,17 +151,13 @@ pub(super) fn remove_repeated_frames(balls: &mut [RawTrack; 2], resolution: f64,
         caught_up - late
     });
     if let Some([first, _]) = repeats.first().filter(|_| lateness.sum::<f64>() > 0.0) {
-        let message = format!(
-            "{}, and do not catch up: a frame was put in here, and all later times may be late. Expected the clip without it, with the \
-             frames after it renumbered; or skip the shot",
-            sentence(*first)
-        );
-        job.note(Subject::Damage, frames[first + 1][0].line, message);
+        let consequence = ", and do not catch up: a frame was put in here, and all later times may be late. Expected the clip without \
+                           it, with the frames after it renumbered; or skip the shot";
+        complain(Subject::Damage, *first, consequence);
         return None;
     }
     for [first, end] in repeats {
-        let message = format!("{}: a repeated frame, taken as a gap", sentence(first));
-        job.note(Subject::Repeated, frames[first + 1][0].line, message);
+        complain(Subject::Repeated, first, ": a repeated frame, taken as a gap");
         let [lost, last] = [first + 1, end].map(|k| frames[k][0].time);
         let rows = cue.rows.iter_mut().chain(&mut object.rows);
         rows.filter(|row| (lost..=last).contains(&row.time)).for_each(Row::lose);
@@ -202,10 +198,9 @@ pub(super) fn undo_swaps(balls: &mut [RawTrack; 2], job: Job) -> Option<usize> {
     }
     for pair in swaps.chunks(2) {
         let last = pair.get(1).map_or(String::new(), |until| format!(" to line {}", until.line));
-        let message = format!(
-            "\"{}\" and \"{}\" have exchanged their names from here{last}; exchanged back",
-            cue.name, object.name
-        );
+        let (cue, object) = (&cue.name, &object.name);
+        let message =
+            format!("\"{cue}\" and \"{object}\" have exchanged their names from here{last}; exchanged back");
         job.note(Subject::Swapped, pair[0].line, message);
     }
     for swap in &swaps {
