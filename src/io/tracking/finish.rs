@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::camera::Calibration;
 use super::names::{assign, find, find_discs};
-use super::raw::{Job, RawShot, RawTrack, Row, jump_speed, sorted, stem};
+use super::raw::{Job, RawShot, RawTrack, Row, jump_speed, listed, sorted, stem};
 use super::repair::{self, remove_lost};
 use super::settings::TrackSettings;
 use super::words::Unit;
@@ -14,6 +14,7 @@ use crate::io::error::{Log, Subject};
 use crate::io::manifest::StatedSpin;
 use crate::io::text::shortened;
 use crate::measurement::dataset::Tracks;
+use crate::measurement::number::count_of;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::numerics::{EXACT, median};
 
@@ -35,15 +36,13 @@ pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawSh
     // names of shots in the table are believed
     if let [shot] = shots.as_slice() {
         let fps = job.settings.fps().filter(|_| !job.settings.video.has_unknown_rate());
-        let clips: Vec<RawShot> = clips_of(shot, fps, alone);
+        let clips = clips_of(shot, fps, alone);
         let is_seen = |track: &&RawTrack| track.seen().count() >= MIN_FRAMES;
         let are_clips = clips.iter().all(|clip| clip.tracks.iter().filter(is_seen).count() > 1);
         if clips.len() > 1 && are_clips {
-            let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
-            let (count, names) = (clips.len(), names.join(", "));
-            let message = format!(
-                "holds {count} clips, separated by jumps of the time or of both balls: taken as the shots {names}; expected a column shot if that is wrong"
-            );
+            let names = listed(&clips.iter().map(|clip| clip.name.as_str()).collect::<Vec<_>>());
+            let taken = format!("taken as the shots {names}; expected a column shot if that is wrong");
+            let message = format!("holds clips, separated by jumps of the time or of both balls: {taken}");
             job.note(Subject::Names, None, message);
             shots = clips;
         }
@@ -107,8 +106,8 @@ pub(super) fn follow(shots: &mut [RawShot], job: Job) {
             }
         }
         if let Some(first) = others.first() {
-            let are = if others.len() == 1 { "row" } else { "rows" };
-            let message = format!("{} {are} of other objects than the two balls: left out", others.len());
+            let rows = count_of(others.len(), "row");
+            let message = format!("{rows} of other objects than the two balls: left out");
             job.note(Subject::Gaps, *first, message);
         }
         shot.tracks = tracks;
@@ -164,11 +163,9 @@ fn join(shot: &mut RawShot, job: Job) {
         let Some(head) = continued(&shot.tracks, heads, &shot.tracks[piece]) else { continue };
         let piece = std::mem::take(&mut shot.tracks[piece]);
         let track = &mut shot.tracks[head];
-        let last = track.rows.last().map_or(1, |row| row.line);
-        let message = format!(
-            "\"{}\" begins where \"{}\" ends, in line {last}: taken as the same ball",
-            piece.name, track.name
-        );
+        let (last, [name, own]) = (track.rows.last().map_or(1, |row| row.line), [&track.name, &piece.name]);
+        let message =
+            format!("\"{own}\" begins where \"{name}\" ends, in line {last}: taken as the same ball");
         job.note(Subject::Names, piece.line(), message);
         track.rows.extend(piece.rows);
         track.sort();
@@ -216,8 +213,8 @@ pub(super) fn shot(mut raw: RawShot, facts: &Facts, job: Job) -> Option<TrackSho
     let are_assigned = assign(&mut raw, &facts, job);
     if are_assigned {
         for other in raw.tracks.extract_if(.., |track| track.role.is_none()) {
-            let message =
-                format!("the track \"{}\" is not cue or object; passed over", shortened(&other.name));
+            let name = shortened(&other.name);
+            let message = format!("the track \"{name}\" is not cue or object; passed over");
             job.note(Subject::Names, other.line(), message);
         }
         raw.tracks.sort_by_key(|track| track.role);
@@ -248,8 +245,8 @@ pub(super) fn shot(mut raw: RawShot, facts: &Facts, job: Job) -> Option<TrackSho
             markers.push(Marker { ball, name, samples: samples(track, &centres[i], calibration) });
         }
         if settings.film.discs.is_some() && of(i).next().is_some() {
-            let points: Vec<&[Sample]> =
-                markers[first..].iter().map(|marker| marker.samples.as_slice()).collect();
+            let points = markers[first..].iter().map(|marker| marker.samples.as_slice());
+            let points: Vec<&[Sample]> = points.collect();
             let damaged = |message| job.note(Subject::Damage, raw.line, message);
             paths[i] = circle_centres(&points).map_err(damaged).ok()?;
         }
@@ -314,8 +311,7 @@ fn resolution(centres: &[RawTrack; 2], calibration: &Calibration, job: Job) -> [
     };
     if coarsest > limit {
         let least = rounded / 12.0_f64.sqrt();
-        let message =
-            format!("positions are rounded to {rounded:.2} {unit}: each errs by {least:.2} {unit} at least");
+        let message = format!("positions are rounded to {rounded:.2} {unit}: each errs by {least:.2} {unit}");
         job.note(Subject::Format, None, message);
     }
     steps

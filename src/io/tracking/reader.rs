@@ -103,17 +103,13 @@ impl<'a> Reader<'a> {
             }
             cell.wrong(format!("is empty; expected the name of a {what}"));
         }
-        let mut time = None;
-        if let Some(cell) = layout.time.map(at) {
-            time = self.time(cell);
-            let has_position =
-                layout.ball.is_some() || bodies.iter().any(|body| !at(body.xy[0]).text.is_empty());
-            if time.is_none() && has_position && log.len() == before {
-                cell.wrong("is empty; expected a time, or the number of a frame");
+        let time = layout.time.map(|column| self.time(at(column)));
+        if let (Some(column), Some(None)) = (layout.time, time) {
+            let is_seen = |body: &Body| layout.ball.is_some() || !at(body.xy[0]).text.is_empty();
+            if log.len() == before && bodies.iter().any(is_seen) {
+                at(column).wrong("is empty; expected a time, or the number of a frame");
             }
-            if time.is_none() {
-                return;
-            }
+            return;
         }
         let name = layout.shot.map_or(&*self.stem, |column| at(column).text);
         let shot = self.shots.get_index_of(name).unwrap_or_else(|| {
@@ -124,7 +120,7 @@ impl<'a> Reader<'a> {
         // without times, rows of a shot are counted
         let rows = self.shots[shot].tracks.first().map_or(0, |track| track.rows.len());
         // −0 is 0
-        let time = time.unwrap_or(rows as f64) + 0.0;
+        let time = time.flatten().unwrap_or(rows as f64) + 0.0;
         for body in bodies {
             let row = Row { time, place: self.place(body, at), sd: self.deviations(body, at), line };
             let name = layout.ball.map_or(body.name.as_str(), |column| at(column).text);
@@ -172,8 +168,7 @@ impl<'a> Reader<'a> {
             return [if unit == Unit::Deg { 1.0_f64.to_radians() * angle } else { angle }, 0.0];
         }
         let place = [0, 1].map(|axis: usize| {
-            let mut number =
-                |columns: [usize; 2]| self.positions.number(at(columns[axis])).unwrap_or(f64::NAN);
+            let mut number = |pair: [usize; 2]| self.positions.number(at(pair[axis])).unwrap_or(f64::NAN);
             let place = number(body.xy);
             match (body.corner, body.size) {
                 (Some(corner), _) => f64::midpoint(place, number(corner)),
@@ -222,16 +217,13 @@ impl<'a> Reader<'a> {
         if let Some((Some(mark), line)) = self.clock {
             let rounding = Some(1.0 / 10.0_f64.powi(self.digits as i32));
             let mut stated = Stated { time: Some(Unit::S), rounding, ..self.layout.stated };
-            if (mark, self.digits) == (':', 2)
-                && let Some(rate) = count_frames(&mut shots)
-            {
+            let rate = if (mark, self.digits) == (':', 2) { count_frames(&mut shots) } else { None };
+            if let Some(rate) = rate {
                 let message = format!("times are time codes h:mm:ss:ff with {rate} frames to a second");
                 job.note(Subject::Clock, line, message);
                 stated = Stated { time: Some(Unit::Frames), rounding: None, ..stated };
             }
-            for shot in &mut shots {
-                shot.stated = stated;
-            }
+            shots.iter_mut().for_each(|shot| shot.stated = stated);
         }
         shots
     }
