@@ -5,12 +5,12 @@ use std::fmt;
 use std::hash::Hash;
 use std::path::{Path, PathBuf};
 
-use indexmap::IndexMap;
+use indexmap::{IndexMap, IndexSet};
 
 /// Maximum number of problems listed; the rest are counted.
 const LISTED: usize = 20;
-/// Maximum number of other places of the same problem that are named.
-const MAX_NAMED: usize = 2;
+/// Maximum number of places of the same problem that are named.
+const MAX_PLACES: usize = 3;
 
 /// A problem and its place.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,18 +30,31 @@ impl Problem {
         let line = self.line.map_or(String::new(), |line| format!(":{line}"));
         format!("{}{line}", self.file.display())
     }
+
+    /// Returns what is wrong at the place.
+    fn said(&self) -> String {
+        let column = self.column.as_ref().map_or(String::new(), |column| format!("column {column}: "));
+        harmless(&(column + &self.message))
+    }
 }
 
 impl std::error::Error for Problem {}
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: ", self.place())?;
-        if let Some(column) = &self.column {
-            write!(f, "column {}: ", harmless(column))?;
-        }
-        f.write_str(&harmless(&self.message))
+        write!(f, "{}: {}", self.place(), self.said())
     }
+}
+
+/// Returns each problem or note once, with at most this number of its places.
+fn listed<'p>(all: impl Iterator<Item = &'p Problem>, most: usize) -> Vec<String> {
+    let groups = grouped(all.map(|problem| (problem.said(), problem.place())));
+    let line = |(said, places): (String, Vec<String>)| {
+        let places: IndexSet<String> = places.into_iter().collect();
+        let named: Vec<&str> = places.iter().take(most).map(String::as_str).collect();
+        format!("{}{}: {said}", named.join(", "), and_more(places.len().saturating_sub(most)))
+    };
+    groups.into_iter().map(line).collect()
 }
 
 /// Returns a text with control characters escaped, which would act on a terminal.
@@ -72,23 +85,11 @@ impl std::error::Error for DatasetError {}
 
 impl fmt::Display for DatasetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let lines = listed(self.problems.iter(), MAX_PLACES);
         write!(f, "{}", self.what)?;
-        // the same problem in other places is listed once
-        let groups =
-            grouped(self.problems.iter().map(|problem| ((&problem.message, &problem.column), problem)));
-        for group in groups.values().take(LISTED) {
-            write!(f, "\n  {}", group[0])?;
-            let named: Vec<String> = group[1..].iter().take(MAX_NAMED).map(|other| other.place()).collect();
-            if !named.is_empty() {
-                write!(f, "\n    the same in {}", named.join(", "))?;
-            }
-            f.write_str(&and_more(group.len().saturating_sub(1 + MAX_NAMED)))?;
-        }
-        let more: usize = groups.values().skip(LISTED).map(Vec::len).sum();
-        if more > 0 {
-            write!(f, "\n  and {more} more")?;
-        }
-        Ok(())
+        lines.iter().take(LISTED).try_for_each(|line| write!(f, "\n  {line}"))?;
+        let more = lines.len().saturating_sub(LISTED);
+        if more > 0 { write!(f, "\n  and {more} more") } else { Ok(()) }
     }
 }
 
@@ -171,21 +172,16 @@ impl Log {
     pub(crate) fn notes(&self) -> Vec<String> {
         /// Maximum number of notes of a subject that are listed.
         const MAX_LISTED: usize = 8;
-        let notes = self.notes.borrow();
-        let notes = grouped(notes.iter().map(|(subject, note)| ((*subject, &note.message), note.place())));
-        let mut notes: Vec<_> = notes.into_iter().collect();
-        notes.sort_by_key(|((subject, _), _)| *subject);
-        let mut lines = Vec::new();
-        for notes in notes.chunk_by(|a, b| a.0.0 == b.0.0) {
-            for ((_, message), places) in notes.iter().take(MAX_LISTED) {
-                let others = places.iter().filter(|place| **place != places[0]).count();
-                lines.push(format!("{}{}: {}", places[0], and_more(others), harmless(message)));
-            }
-            if notes.len() > MAX_LISTED {
-                lines.push(format!("and {} more like this", notes.len() - MAX_LISTED));
-            }
-        }
-        lines
+        let mut notes = self.notes.borrow().clone();
+        notes.sort_by_key(|(subject, _)| *subject);
+        let subjects = notes.chunk_by(|a, b| a.0 == b.0).map(|notes| {
+            let mut lines = listed(notes.iter().map(|(_, note)| note), 1);
+            let more = lines.len().saturating_sub(MAX_LISTED);
+            lines.truncate(MAX_LISTED);
+            lines.extend((more > 0).then(|| format!("and {more} more like this")));
+            lines
+        });
+        subjects.flatten().collect()
     }
 }
 

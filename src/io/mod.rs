@@ -84,8 +84,7 @@ fn dataset(keys: Keys, source: &Source) -> Dataset {
     number_shots(&mut dataset.shots);
     for shot in dataset.shots.iter_mut().filter(|_| dataset.side_sd > 0.0) {
         if !shot.add_side_spin(dataset.side_sd, dataset.ball.radius) {
-            let message =
-                "is missing; expected a speed in every row, since [cue_spin] side_sd is a part of it";
+            let message = "is missing; expected a speed in every row, of which [cue_spin] side_sd is a part";
             source.log.add(&shot.file, shot.line, "speed_m_s", message);
         }
     }
@@ -145,30 +144,33 @@ pub fn positions(dataset: &Dataset) -> PolarsResult<DataFrame> {
 }
 
 pub(crate) fn positions_of<'a>(shots: impl Iterator<Item = &'a TrackShot>) -> PolarsResult<DataFrame> {
-    let mut names: [Vec<&str>; 3] = Default::default();
-    let mut frames: Vec<i64> = Vec::new();
-    let mut numbers: [Vec<Option<f64>>; 5] = Default::default();
+    let mut rows: Vec<(&TrackShot, [&str; 2], &Sample)> = Vec::new();
     for shot in shots {
-        let centres = [("cue", "centre", &shot.cue), ("object", "centre", &shot.object)];
+        let centres = [(["cue", "centre"], &shot.cue), (["object", "centre"], &shot.object)];
         let markers = shot.markers.iter().map(|marker| {
             let ball = if marker.ball == TrackedBall::Cue { "cue" } else { "object" };
-            (ball, marker.name.as_str(), &marker.samples)
+            ([ball, marker.name.as_str()], &marker.samples)
         });
-        for (ball, point, samples) in centres.into_iter().chain(markers) {
-            for Sample { t, x, y, sd } in samples {
-                let words = [shot.name.as_str(), ball, point];
-                names.iter_mut().zip(words).for_each(|(column, name)| column.push(name));
-                frames.push((t * shot.fps).round() as i64);
-                let [x_sd, y_sd] = sd.map_or([None; 2], |sd| sd.map(Some));
-                let row = [Some(*t), Some(*x), Some(*y), x_sd, y_sd];
-                numbers.iter_mut().zip(row).for_each(|(column, number)| column.push(number));
-            }
+        for (names, samples) in centres.into_iter().chain(markers) {
+            rows.extend(samples.iter().map(|sample| (shot, names, sample)));
         }
     }
-    let ([shot, ball, point], [t, x, y, x_sd, y_sd]) = (names, numbers);
+    let names = |name: fn(&'a TrackShot, [&'a str; 2]) -> &'a str| -> Vec<&str> {
+        rows.iter().map(|(shot, names, _)| name(shot, *names)).collect()
+    };
+    let numbers = |number: fn(&Sample) -> Option<f64>| -> Vec<Option<f64>> {
+        rows.iter().map(|(.., sample)| number(sample)).collect()
+    };
     df!(
-        "shot" => shot, "frame" => frames, "t" => t, "ball" => ball, "point" => point,
-        "x" => x, "y" => y, "x_sd" => x_sd, "y_sd" => y_sd,
+        "shot" => names(|shot, _| &shot.name),
+        "frame" => rows.iter().map(|(shot, _, sample)| (sample.t * shot.fps).round() as i64).collect::<Vec<_>>(),
+        "t" => numbers(|sample| Some(sample.t)),
+        "ball" => names(|_, [ball, _]| ball),
+        "point" => names(|_, [_, point]| point),
+        "x" => numbers(|sample| Some(sample.x)),
+        "y" => numbers(|sample| Some(sample.y)),
+        "x_sd" => numbers(|sample| Some(sample.sd?[0])),
+        "y_sd" => numbers(|sample| Some(sample.sd?[1])),
     )
 }
 
@@ -266,9 +268,7 @@ fn check_observed(table: &Table, observables: &[Observable]) {
         let mut full = table.rows().filter(|row| table.at(name, *row).is_some());
         if let (Some(with), Some(without)) = (full.clone().find(has_sd), full.find(|row| !has_sd(row))) {
             let line = table.line(with);
-            let message = format!(
-                "is empty, but line {line} has one; give a standard deviation for every {name} or for none"
-            );
+            let message = format!("is empty, but line {line} has one; give one for every {name} or for none");
             table.wrong(without, sd_name.as_str(), message);
         }
     }
@@ -286,15 +286,13 @@ fn impact(table: &Table, row: usize, [nx, ny]: [Measured; 2], velocity: [Measure
     };
     let line = written(["nx", "ny"]);
     if !is_unit(nx.value, ny.value) {
-        let message = format!(
-            "the line of centres (nx, ny) = {line} has the length {length:?}; expected a unit vector"
-        );
+        let message = format!("the line of centres {line} has the length {length:?}; expected a unit vector");
         table.wrong(row, "nx", message);
     } else if nx.value * velocity[0].value + ny.value * velocity[1].value <= 0.0 {
+        let velocity = written(["cue_vx", "cue_vy"]);
         let message = format!(
-            "the cue ball's velocity {} takes it away from the object ball; expected one that approaches \
-             along the line of centres (nx, ny) = {line}, which points from cue ball to object ball",
-            written(["cue_vx", "cue_vy"]),
+            "the cue ball's velocity {velocity} takes it away from the object ball; expected one that approaches along the line of \
+             centres {line}, which points from cue ball to object ball"
         );
         table.wrong(row, "cue_vx", message);
     }

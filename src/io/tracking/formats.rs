@@ -19,6 +19,8 @@ pub(super) const FORMATS: [(Format, Detect); 4] = [
     (Format::Tracker, tracker),
 ];
 
+/// Beginning of exports of Motive (OptiTrack), whose height is y.
+pub(super) const MOTIVE: &str = "Format Version";
 /// The columns of the canonical table, a row per ball and frame.
 const LONG: [&str; 10] = ["shot", "frame", "t", "ball", "x", "y", "z", "point", "x_sd", "y_sd"];
 
@@ -51,7 +53,9 @@ fn long(headings: &[Heading], job: Job) -> Option<Layout> {
 
 /// Finds exports of Tracker: of one track, or of several beside or below each other.
 fn tracker(headings: &[Heading], job: Job) -> Option<Layout> {
-    let heading = headings.iter().find(|heading| !heading.is_comment && is_tracker(heading))?.clone();
+    let is_of_tracks =
+        |heading: &&Heading| !heading.is_comment && is_tracker(heading) && !job.text.starts_with(MOTIVE);
+    let heading = headings.iter().find(is_of_tracks)?.clone();
     let time = heading.clock([heading.at("frame"), heading.at("t").or(heading.at("time")), None], job)?;
     let is_position = |pair: &[usize; 2]| pair.map(|column| heading.own[column].as_str()) == ["x", "y"];
     let positions = pairs(&heading.small()).into_iter().map(|(pair, _)| pair).filter(is_position);

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use minijinja::{Value as Values, context};
 
+use super::formats::MOTIVE;
 use super::heading::{Heading, MAX_TRACKS, Rows, TITLES, headings};
 use super::names::groups;
 use super::raw::{Job, RawShot, RawTrack, quoted, sorted, span};
@@ -33,8 +34,6 @@ const BALLS: [(&str, f64); 4] =
     [("pyramid", 0.034), ("carom", 0.03075), ("pool", 0.028_575), ("snooker", 0.02625)];
 /// Largest ratio of a diameter to the distance of centres that noise explains.
 const NEARER: f64 = 1.02;
-/// Beginning of exports of Motive (OptiTrack), whose height is y.
-const MOTIVE: &str = "Format Version";
 
 /// The tracks of files, and what is guessed of them; empty for other files.
 #[derive(Default)]
