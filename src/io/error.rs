@@ -47,7 +47,7 @@ impl fmt::Display for Problem {
 }
 
 /// Returns each problem or note once, with at most this number of its places.
-fn listed<'p>(all: impl Iterator<Item = &'p Problem>, most: usize) -> Vec<String> {
+fn lines_of<'p>(all: impl Iterator<Item = &'p Problem>, most: usize) -> Vec<String> {
     let groups = grouped(all.map(|problem| (problem.said(), problem.place())));
     let line = |(said, places): (String, Vec<String>)| {
         let places: IndexSet<String> = places.into_iter().collect();
@@ -85,7 +85,7 @@ impl std::error::Error for DatasetError {}
 
 impl fmt::Display for DatasetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let lines = listed(self.problems.iter(), MAX_PLACES);
+        let lines = lines_of(self.problems.iter(), MAX_PLACES);
         write!(f, "{}", self.what)?;
         lines.iter().take(LISTED).try_for_each(|line| write!(f, "\n  {line}"))?;
         let more = lines.len().saturating_sub(LISTED);
@@ -175,7 +175,7 @@ impl Log {
         let mut notes = self.notes.borrow().clone();
         notes.sort_by_key(|(subject, _)| *subject);
         let subjects = notes.chunk_by(|a, b| a.0 == b.0).map(|notes| {
-            let mut lines = listed(notes.iter().map(|(_, note)| note), 1);
+            let mut lines = lines_of(notes.iter().map(|(_, note)| note), 1);
             let more = lines.len().saturating_sub(MAX_LISTED);
             lines.truncate(MAX_LISTED);
             lines.extend((more > 0).then(|| format!("and {more} more like this")));
@@ -186,8 +186,19 @@ impl Log {
 }
 
 /// Returns ` and 3 more`; an empty text for 0.
-pub(crate) fn and_more(others: usize) -> String {
+fn and_more(others: usize) -> String {
     if others > 0 { format!(" and {others} more") } else { String::new() }
+}
+
+pub(crate) fn quoted<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> String {
+    let quoted: Vec<String> = names.into_iter().map(|name| format!("\"{}\"", name.as_ref())).collect();
+    quoted.join(", ")
+}
+
+/// Returns the first of these names, and the number of the others.
+pub(crate) fn listed<S: AsRef<str>>(names: &[S]) -> String {
+    const MAX_NAMED: usize = 12;
+    quoted(names.iter().take(MAX_NAMED)) + &and_more(names.len().saturating_sub(MAX_NAMED))
 }
 
 /// Returns the values of each key, in the order in which the keys appear.

@@ -188,10 +188,8 @@ impl Keys {
         let is_forbidden = |c: char| c == '/' || c == '\\' || c.is_control();
         let is_good = !["", ".", ".."].contains(&name) && name.trim() == name && !name.contains(is_forbidden);
         if !is_good || name.len() > MAX_NAME_BYTES {
-            let expected = format!(
-                "one that can name a folder: at most {MAX_NAME_BYTES} bytes, without slashes, control \
-                 characters and blanks around it"
-            );
+            let limit = "without slashes, control characters and blanks around it";
+            let expected = format!("one that can name a folder: at most {MAX_NAME_BYTES} bytes, {limit}");
             source.add(&[Fault::new("name", source.written("name"), expected)]);
         }
     }

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::error::{Log, did_you_mean};
+use super::error::{Log, did_you_mean, quoted};
 use super::manifest::StatedSpin;
 use super::text::{
     Mark, Place, Slip, cells, filled_lines, line_end, parse, read_utf8, value, without_separator_line,
@@ -192,47 +192,42 @@ impl<'a> Table<'a> {
 
     /// Notes which columns are kept as labels, except that of a name.
     pub(crate) fn note(&self, except: Option<&str>) -> Option<String> {
-        let labels = self.labels().filter(|label| Some(*label) != except);
-        let mut named: Vec<String> = labels.map(|label| format!("\"{label}\"")).collect();
-        named.sort_unstable();
-        let are = if named.len() == 1 { "column" } else { "columns" };
-        let (path, named) = (self.path.display(), named.join(", "));
+        let mut labels: Vec<&str> = self.labels().filter(|label| Some(*label) != except).collect();
+        labels.sort_unstable();
+        let are = if labels.len() == 1 { "column" } else { "columns" };
+        let (path, named) = (self.path.display(), quoted(&labels));
         let note = format!("{path}: {are} kept as labels, not read as measurements: {named}");
-        (!named.is_empty()).then_some(note)
+        (!labels.is_empty()).then_some(note)
     }
 
     /// Returns the statement of each row, or of dataset.toml, about the spin; `None`: wrong.
     pub(crate) fn spins(&self, columns: [&str; 3], assume: StatedSpin) -> Vec<Option<StatedSpin>> {
-        let (all, words) = (columns.join(", "), StatedSpin::WORDS.join(", "));
+        let all = columns.join(", ");
         let missing: Vec<&str> = columns.into_iter().filter(|column| !self.has(column)).collect();
         if (1..3).contains(&missing.len()) {
+            let message = format!("is missing from the column names; expected all three of {all}");
             for column in missing {
-                let message = format!("is missing from the column names; expected all three of {all}");
-                self.wrong(None, column, message);
+                self.wrong(None, column, message.as_str());
             }
             return vec![None; self.rows.len()];
         }
         let spin = |row: usize| {
-            let word = self.text("cue_spin", row);
-            let stated = word.map(|word| StatedSpin::named(&word.to_lowercase()));
+            let word = self.text("cue_spin", row).unwrap_or_default();
+            let stated = StatedSpin::named(&word.to_lowercase());
             let empty: Vec<&str> = columns.into_iter().filter(|column| self.is_gap(column, row)).collect();
-            let (column, message) = match (word.unwrap_or_default(), stated, empty.as_slice()) {
-                (word, Some(None), _) => {
-                    let near = did_you_mean(word, StatedSpin::WORDS);
+            let (column, message) = match (stated, empty.as_slice()) {
+                (None, _) if !word.is_empty() => {
+                    let (near, words) = (did_you_mean(word, StatedSpin::WORDS), StatedSpin::WORDS.join(", "));
                     ("cue_spin", format!("\"{word}\" is not a spin{near}; expected {words}"))
                 }
-                (_, None | Some(Some(StatedSpin::Measured)), []) => {
+                (None | Some(StatedSpin::Measured), []) => {
                     let [x, y, z] = columns.map(|column| self.at(column, row));
                     let ([x, y, z], sd) = ([x?, y?, z?].map(|one| one.value), [x?.sd, y?.sd, z?.sd]);
                     return Some(StatedSpin::Is(Spin::Measured { spin: Vec3::new(x, y, z), sd }));
                 }
-                (_, stated, [_, _, _]) => return Some(stated.flatten().unwrap_or(assume)),
-                (word, _, []) => {
-                    ("cue_spin", format!("\"{word}\", but {all} have values; expected only one"))
-                }
-                (_, _, [first, ..]) => {
-                    (*first, "is empty; expected all three components of the spin or none".to_owned())
-                }
+                (_, [_, _, _]) => return Some(stated.unwrap_or(assume)),
+                (_, []) => ("cue_spin", format!("\"{word}\", but {all} have values; expected only one")),
+                (_, [first, ..]) => (*first, "is empty; expected all three components or none".to_owned()),
             };
             self.wrong(row, column, message);
             None

@@ -4,13 +4,13 @@ use rayon::prelude::*;
 
 use super::camera::Calibration;
 use super::names::{assign, find, find_discs};
-use super::raw::{Job, RawShot, RawTrack, Row, jump_speed, listed, sorted, stem};
+use super::raw::{Job, RawShot, RawTrack, Row, jump_speed, sorted, stem};
 use super::repair::{self, remove_lost};
 use super::settings::TrackSettings;
 use super::words::Unit;
 use super::{Facts, MIN_SHOTS_PER_CORE, time};
 use crate::film::rigid_body::circle_centres;
-use crate::io::error::{Log, Subject};
+use crate::io::error::{Log, Subject, listed};
 use crate::io::manifest::StatedSpin;
 use crate::io::text::shortened;
 use crate::measurement::dataset::Tracks;

@@ -1,11 +1,11 @@
 //! Formats of tables that are recognised by their content.
 
 use super::heading::{Heading, MAX_TRACKS, Rows};
-use super::raw::{Job, Stated, listed, stem};
+use super::raw::{Job, Stated, stem};
 use super::reader::{Body, Layout};
 use super::settings::Format;
 use super::words::{BALLS, Kind, SHOTS, Unit, find, pairs};
-use crate::io::error::Subject;
+use crate::io::error::{Subject, listed};
 use crate::io::table::near_miss;
 use crate::io::text::{Separator, filled_lines, lines, parse, trimmed, value};
 

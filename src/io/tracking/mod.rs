@@ -16,7 +16,7 @@ mod time;
 mod words;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
-use std::hash::{DefaultHasher, Hash, Hasher};
+use std::hash::{BuildHasher, RandomState};
 use std::path::PathBuf;
 
 use indexmap::IndexMap;
@@ -33,7 +33,6 @@ use super::toml_file::Source;
 use crate::measurement::dataset::Tracks;
 use crate::measurement::fault::{Condition, FINITE};
 use crate::measurement::spin::Spin;
-use crate::measurement::track::TrackShot;
 
 pub(crate) use survey::Survey;
 
@@ -121,12 +120,14 @@ fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, Job { settings, log, .. }
         (name, shot, log)
     };
     let done: Vec<_> = shots.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).map(finish).collect();
-    let mut damaged = Vec::new();
+    let (mut damaged, hasher) = (Vec::new(), RandomState::new());
     let mut firsts: HashMap<u64, String> = HashMap::new();
     for (name, shot, own_log) in done {
         damaged.extend(log.append(own_log).into_iter().map(|damage| (name.clone(), damage)));
         let Some(shot) = shot else { continue };
-        let first = firsts.entry(hash_places(&shot)).or_insert_with(|| name.clone());
+        let samples = shot.cue.iter().chain(&shot.object);
+        let places: Vec<[u64; 2]> = samples.map(|sample| [sample.x, sample.y].map(f64::to_bits)).collect();
+        let first = firsts.entry(hasher.hash_one(places)).or_insert_with(|| name.clone());
         if *first != name {
             let message = format!(
                 "all positions are those of shot {first}; expected each clip once: a copy makes errors too small"
@@ -142,15 +143,6 @@ fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, Job { settings, log, .. }
             tracks.left_out.push((name, damage.to_string()));
         }
     }
-}
-
-/// Returns a number that shots of the same positions share.
-fn hash_places(shot: &TrackShot) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    for sample in shot.cue.iter().chain(&shot.object) {
-        [sample.x, sample.y].map(f64::to_bits).hash(&mut hasher);
-    }
-    hasher.finish()
 }
 
 /// Frame rates of cameras, frames/s.

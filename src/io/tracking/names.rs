@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::Facts;
-use super::raw::{Job, RawShot, RawTrack, Row, listed, quoted, sorted, span, stem};
+use super::raw::{Job, RawShot, RawTrack, Row, sorted, span, stem};
 use super::settings::{NAMED, Names};
 use crate::film::rigid_body::circle_centres;
-use crate::io::error::{Subject, grouped};
+use crate::io::error::{Subject, grouped, listed, quoted};
 use crate::io::text::shortened;
 use crate::measurement::track::Sample;
 use crate::numerics::median;

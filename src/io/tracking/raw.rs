@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::settings::{Format, TrackSettings};
 use super::words::Unit;
-use crate::io::error::{Log, Subject, and_more};
+use crate::io::error::{Log, Subject};
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RawShot {
@@ -201,15 +201,4 @@ impl Job<'_> {
 /// Returns the name of a file without its ending: the default name of its shot.
 pub(super) fn stem(file: &Path) -> Cow<'_, str> {
     file.file_stem().unwrap_or_default().to_string_lossy()
-}
-
-pub(super) fn quoted<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> String {
-    let quoted: Vec<String> = names.into_iter().map(|name| format!("\"{}\"", name.as_ref())).collect();
-    quoted.join(", ")
-}
-
-/// Returns the first of these names, and the number of the others.
-pub(super) fn listed<S: AsRef<str>>(names: &[S]) -> String {
-    const MAX_NAMED: usize = 12;
-    quoted(names.iter().take(MAX_NAMED)) + &and_more(names.len().saturating_sub(MAX_NAMED))
 }

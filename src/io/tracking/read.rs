@@ -58,7 +58,7 @@ fn as_written(job: Job) -> Option<Vec<RawShot>> {
             return None;
         }
     }
-    complain_of_format(&headings, job);
+    complain_of_format(job);
     None
 }
 
@@ -88,29 +88,20 @@ const TRACKER_PROJECT: &str =
 const ANY_FORMAT: &str = "a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a \
      section [tracks.columns] in dataset.toml that says which column is what";
 
-fn complain_of_format(headings: &[Heading], job: Job) {
+fn complain_of_format(job: Job) {
     let Some((line, first)) = filled_lines(job.text).next() else {
         return job.wrong(None, None, "is empty; expected tracked positions");
     };
     let format = job.settings.tracks.format;
     let expected = match format {
-        Format::Auto => ANY_FORMAT.to_owned(),
+        Format::Auto | Format::Long => ANY_FORMAT.to_owned(),
         _ => format!("{}, as [tracks] format states", format.name()),
     };
-    let is_of_long = matches!(format, Format::Auto | Format::Long);
-    let lacking = headings.iter().filter(|_| is_of_long).find_map(lacking).unwrap_or_default();
     let is_text = !first.contains(|c: char| c.is_control() && !c.is_whitespace());
     let others = if is_text { "" } else { "; not the film itself, nor a workbook (save its sheet as CSV)" };
     let begin = shortened(first.trim());
-    let message = format!("no format begins like this, \"{begin}\"{lacking}; expected {expected}{others}");
+    let message = format!("no format begins like this, \"{begin}\"; expected {expected}{others}");
     job.wrong(line, None, message);
-}
-
-fn lacking(heading: &Heading) -> Option<String> {
-    let is_missing = |any: &&str| any.split(" or ").all(|name| heading.at(name).is_none());
-    let missing: Vec<&str> = ["ball", "x", "y", "frame or t"].into_iter().filter(is_missing).collect();
-    let missing = (1..=2).contains(&missing.len()).then(|| missing.join(" and "))?;
-    Some(format!(", and what may be the names of columns, in line {}, are without {missing}", heading.line))
 }
 
 /// Maximum number of lines searched for the names of the columns, or for the first row.

@@ -5,11 +5,11 @@ use std::borrow::Cow;
 use indexmap::IndexMap;
 
 use super::heading::Heading;
-use super::raw::{Job, RawShot, RawTrack, Row, Stated, listed, stem};
+use super::raw::{Job, RawShot, RawTrack, Row, Stated, stem};
 use super::settings::Format;
 use super::time::count_frames;
 use super::words::{Clock, Unit, clock};
-use crate::io::error::Subject;
+use crate::io::error::{Subject, listed};
 use crate::io::text::{self, Mark, Place, lines, name_of, shortened, wrong_width};
 
 /// Number of problems of a file after which reading ends.
@@ -223,7 +223,9 @@ impl<'a> Reader<'a> {
                 job.note(Subject::Clock, line, message);
                 stated = Stated { time: Some(Unit::Frames), rounding: None, ..stated };
             }
-            shots.iter_mut().for_each(|shot| shot.stated = stated);
+            for shot in &mut shots {
+                shot.stated = stated;
+            }
         }
         shots
     }

@@ -82,16 +82,15 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Option<()> {
         let mut written: Vec<&Row> = rows.iter().collect();
         written.sort_by_key(|row| row.line);
         let backwards: Vec<&[&Row]> = written.windows(2).filter(|two| two[1].time < two[0].time).collect();
-        let back = backwards.first().map(|two| two[1].line);
-        let complain_of_clips = |line: usize| {
-            let message =
-                format!("time of \"{name}\" runs backwards; expected each clip as a shot of its own");
-            job.wrong(line, None, message);
+        let back = backwards.first().map(|two| *two[1]);
+        let complain_of_clips = |Row { time, line, .. }: Row| {
+            let expected = "expected each clip as a shot of its own";
+            job.wrong(line, None, format!("time of \"{name}\" runs backwards, to {time:.6} s; {expected}"));
             None
         };
         let is_second = written.len() > 2 && written[written.len() - 1].time < written[0].time;
-        if let Some(line) = back.filter(|_| backwards.len() == 1 && is_second) {
-            return complain_of_clips(line);
+        if let Some(row) = back.filter(|_| backwards.len() == 1 && is_second) {
+            return complain_of_clips(row);
         }
         let mut united: Vec<Row> = Vec::with_capacity(rows.len());
         for row in rows.iter() {
@@ -100,8 +99,8 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Option<()> {
                 continue;
             };
             if !known.is_gap() && !row.is_gap() && known.place != row.place {
-                if let Some(line) = back {
-                    return complain_of_clips(line);
+                if let Some(row) = back {
+                    return complain_of_clips(row);
                 }
                 let ([x, y], [known_x, known_y], time, line) = (row.place, known.place, row.time, known.line);
                 let places = format!("({x}, {y}) here and ({known_x}, {known_y}) in line {line}");
@@ -117,7 +116,7 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Option<()> {
             }
         }
         *rows = united;
-        if let Some(line) = back {
+        if let Some(Row { line, .. }) = back {
             let message = format!("the rows of \"{name}\" are not in the order of time; put in order");
             job.note(Subject::Order, line, message);
         }

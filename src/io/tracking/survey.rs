@@ -8,14 +8,14 @@ use minijinja::{Value as Values, context};
 use super::formats::MOTIVE;
 use super::heading::{Heading, MAX_TRACKS, Rows, TITLES, headings};
 use super::names::groups;
-use super::raw::{Job, RawShot, RawTrack, quoted, sorted, span};
+use super::raw::{Job, RawShot, RawTrack, sorted, span};
 use super::read;
 use super::settings::{Column, Columns, Format, TrackSettings};
 use super::time::followed;
 use super::words::{
     self, FRAMES, Kind, PERHAPS_BALLS, SHOTS, TIMES, Unit, beside, boxes, find, is_angle, pairs,
 };
-use crate::io::error::{Log, Problem, grouped};
+use crate::io::error::{Log, Problem, grouped, quoted};
 use crate::io::text::value;
 use crate::io::toml_file::Source;
 use crate::measurement::number::count_of;
