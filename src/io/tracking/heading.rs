@@ -217,7 +217,8 @@ fn split(name: &str) -> (&str, Option<Unit>) {
 /// Returns names that repeat with the words above them, which may stand above several columns: `x`
 /// below `cue` is `cue x`. An empty name is replaced by the word above it (`Frame#` of TRC files).
 fn told_apart(mut names: Vec<String>, titles: &[(usize, &str)], separator: Separator) -> Vec<String> {
-    let titles = titles.iter().rev().filter(|(_, title)| !title.trim_start().starts_with('#'));
+    // Tracker begins with #multi:
+    let titles = titles.iter().rev().filter(|(_, title)| !title.trim_start().starts_with("#multi"));
     for (_, title) in titles.take(MAX_FURTHER_LINES) {
         let Some(title) = trimmed(title, separator) else { break };
         let (repeated, is_as_wide) = (repeated(&names), names.len().abs_diff(title.len()) <= 1);
