@@ -267,7 +267,7 @@ fn check_columns(columns: &Columns, source: &Source) {
     let each = columns.iter().filter(|(key, _)| *key != ANGLE_UNIT);
     let (names, numbers): (Vec<_>, Vec<_>) = each.partition(|(_, column)| column.name().is_some());
     if !names.is_empty() && !numbers.is_empty() {
-        let message = "has some columns by name and some by number; expected one of them throughout";
+        let message = "[tracks.columns] has some by name and some by number; expected one of them throughout";
         source.wrong("tracks.columns", message);
     }
 }
