@@ -82,7 +82,7 @@ impl<'a> Table<'a> {
             return None;
         }
         if rows.is_empty() && !has_slips {
-            wrong(Some(line), "no rows below the column names (lines that begin with # are comments)");
+            wrong(Some(line), "no rows below the column names; expected at least one (# begins a comment)");
         }
         for Record { line, cells } in rows.extract_if(.., |row| row.cells.len() != names.len()) {
             wrong(Some(line), &wrong_width(cells.len(), names.len(), header.line, Some(separator)));
