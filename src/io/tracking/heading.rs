@@ -170,7 +170,7 @@ impl Heading {
         let (unit, own) = (unit.name(), plain(number / (lasts * second), 4));
         let message = format!(
             "{frame} and {time} contradict each other at {rate} fps: this row is {number} frames, but {lasts} {unit} after the first \
-             one; expected columns that agree, another frame rate or, of slow playback, [video] playback_fps = {own}"
+             one; expected columns that agree, another frame rate or, if the times are those of slow playback, [video] playback_fps = {own}"
         );
         job.wrong(self.lines_below(job.text).nth(row).map(|(line, _)| line), time, message);
     }

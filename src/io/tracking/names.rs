@@ -200,10 +200,11 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Option<(
     let names_of = |group: &[usize]| group.iter().map(|i| tracks[*i].name.clone()).collect::<Vec<String>>();
     let complain = |groups: Vec<Vec<usize>>| {
         let known: Vec<String> = groups.iter().map(|group| quoted(names_of(group))).collect();
-        let (count, known) = (points.len(), known.join(" and "));
+        let known = if known.is_empty() { "none".to_owned() } else { known.join(" and ") };
+        let count = points.len();
         let message = format!(
-            "its {count} tracks are not two discs: expected two groups of three or more points that keep their distances, not \
-             \"{known}\"; or [tracks] cue and object (of this shot, in the table that [tracks] shots names), or the shot skipped"
+            "its {count} tracks are not two discs: expected two groups of three or more points that keep their distances (found: \
+             {known}), or [tracks] cue and object (of this shot, in the table that [tracks] shots names), or the shot skipped"
         );
         job.note(Subject::Damage, raw.line, message);
     };

@@ -23,13 +23,13 @@ const NEEDS_RATE: &str = "expected [video] capture_fps, the frames per second th
 pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<f64, String> {
     let (stated, video) = (shot.stated, &job.settings.video);
     if video.has_unknown_rate() && (stated.time != Some(Unit::Frames) || stated.fps.is_some()) {
-        let message = "[video] capture_fps is \"unknown\", but this file has times; expected frame numbers";
+        let message = "[video] capture_fps is \"unknown\", but this file has times; expected frame numbers, or no capture_fps";
         return Err(message.to_owned());
     }
     let differs = |(given, own): &(f64, f64)| (given / own - 1.0).abs() > MAX_OFF;
     if let Some((given, own)) = fps.zip(stated.fps).filter(differs) {
         return Err(format!(
-            "the file states {own} fps, but [video] capture_fps is {given}; expected the same"
+            "the file states {own} fps, but [video] capture_fps is {given}; expected the same, or no capture_fps"
         ));
     }
     let fps = fps.or(stated.fps);
@@ -110,7 +110,7 @@ impl Grid {
     fn too_coarse(&self, rate: f64) -> String {
         let Self { resolution, .. } = self;
         format!(
-            "times, rounded to {resolution} s, are coarser than frames at {rate} fps; expected frame numbers"
+            "times, rounded to {resolution} s, are coarser than frames at {rate} fps; expected frame numbers, or more digits"
         )
     }
 
@@ -194,12 +194,15 @@ impl Grid {
     ) -> Result<Vec<f64>, String> {
         let own = self.spacing.recip();
         if !self.fits(rate) && (!is_stated || own > rate) {
-            let (spacing, key) = (self.spacing, if is_stated { "playback" } else { "capture" });
-            return Err(format!(
-                "times are {spacing:.6} s apart ({own:.4} fps), but [video] {key}_fps is {rate}; expected the rate of the camera. Of slow \
-                 playback, write playback_fps = {own:.4} below it; if frames are missing, playback_fps = {fps}; if times are not in \
-                 seconds, [tracks] time_unit"
-            ));
+            let why = if is_stated {
+                format!("playback_fps is {rate}; expected the rate that they follow")
+            } else {
+                format!(
+                    "capture_fps is {fps}; expected the rate of the camera. If they are those of slow playback, write playback_fps = \
+                     {own:.4} below it; if some frames are missing, playback_fps = {fps}; if they are not in seconds, [tracks] time_unit"
+                )
+            };
+            return Err(format!("times are {:.6} s apart ({own:.4} fps), but [video] {why}", self.spacing));
         }
         // the spacing shows how a clock drifts, but a lost frame on a coarse one makes it longer
         let drifting = || self.frames(self.spacing).filter(|_| !is_stated);
@@ -295,8 +298,8 @@ fn guess_unit(shot: &RawShot, rate: Option<f64>) -> Result<Unit, String> {
         // a frame each millisecond: both units agree
         [Unit::Frames, Unit::Ms] if rate == Some(1000.0) => Ok(Unit::Frames),
         _ => Err(format!(
-            "times are {spacing} apart, which is not a frame, or its length in one unit alone; expected [video] capture_fps and \
-             [tracks] time_unit = \"frames\", \"s\", \"ms\" or \"us\""
+            "times are {spacing} apart, from which their unit does not follow; expected [tracks] time_unit = \"frames\", \"s\", \
+             \"ms\" or \"us\", and the [video] capture_fps of the camera"
         )),
     }
 }
