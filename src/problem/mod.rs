@@ -54,6 +54,8 @@ pub use film::film_data::FilmError;
 pub(crate) use film::film_data::OTHER_UNIT;
 #[cfg(feature = "io")]
 pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
+#[cfg(feature = "report")]
+pub(crate) use film::shots::ShownPaths;
 pub(crate) use film::shots::{FittedFrame, Impact, OwnEstimate};
 pub(crate) use findings::{Finding, Severity};
 pub(crate) use identifiability::Combination;

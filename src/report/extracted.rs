@@ -44,7 +44,7 @@ pub(crate) fn write_discs(
     folder: &Path,
 ) -> Result<(), ReportError> {
     if are_drawn {
-        draw(extracted, |(shot, impact)| of_discs(discs, shot, impact), folder)?;
+        draw(extracted, |(shot, impact)| Some(of_discs(discs, shot, impact)), folder)?;
     }
     Staged::new(folder)?
         .add("left-out.csv", left_out(dataset))?
@@ -75,12 +75,12 @@ fn of_discs<'a>(discs: &Discs, shot: &'a TrackShot, impact: &'a DiscImpact) -> T
 /// Draws each shot in a file that is named after it.
 fn draw<'a, T: Sync>(
     extracted: &'a [T],
-    tracks: impl Fn(&'a T) -> Tracks<'a> + Sync,
+    tracks: impl Fn(&'a T) -> Option<Tracks<'a>> + Sync,
     folder: &Path,
 ) -> Result<(), ReportError> {
-    let drawn = extracted.par_iter().map(|shot| {
-        let tracks = tracks(shot);
-        Ok((tracks.name.to_owned(), tracks.figure().svg()?.0))
+    let drawn = extracted.par_iter().filter_map(|shot| {
+        let tracks = tracks(shot)?;
+        Some(tracks.figure().svg().map(|(svg, _)| (tracks.name.to_owned(), svg)))
     });
     let (names, drawn) = drawn.collect::<Result<(Vec<_>, Vec<_>), ReportError>>()?;
     let mut files = group_folders(&names).into_iter().zip(drawn);

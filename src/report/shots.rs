@@ -69,34 +69,35 @@ fn row(residual: &Residual) -> [String; 5] {
 /// without any.
 pub(super) fn tracks(film: &FittedFilm, shots: &[Shot]) -> Option<String> {
     let worst = &shots[..shots.len().min(MOST_DRAWN)];
-    let draw = |shot: &Shot| Some(track(shot, film.impact(&shot.name)?, film.solution.radius()));
+    let draw = |shot: &Shot| track(film, shot, film.impact(&shot.name)?);
     let drawn: Vec<Value> = worst.par_iter().filter_map(draw).collect();
     (!drawn.is_empty()).then(|| for_script(&drawn))
 }
 
 /// Returns the paths of a shot in whole numbers, that a page has room for: lengths in 0.1 mm. A
 /// frame of a ball is its time from the impact (0.1 ms), its place, and that less the fitted place
-/// (µm).
-fn track(shot: &Shot, impact: &Impact, radius: f64) -> Value {
+/// (µm). `None` if its frames do not show an impact.
+fn track(film: &FittedFilm, shot: &Shot, impact: &Impact) -> Option<Value> {
+    let shown = film.solution.shown_paths(impact.index)?;
     let whole = |value: f64, unit: f64| (value / unit).round() as i64;
     let frames = |ball: usize| -> Vec<[i64; 5]> {
-        let seen = &impact.seen[ball];
+        let seen = &shown.seen[ball];
         let frame = |(time, place): &(f64, [f64; 2])| {
-            let fitted = impact.paths.place(ball, *time);
+            let fitted = shown.paths.place(ball, *time);
             let [x, y] = place.map(|x| whole(x, 1e-4));
             let [off_x, off_y] = [0, 1].map(|axis| whole(place[axis] - fitted[axis], 1e-6));
             [whole(time - impact.time, 1e-4), x, y, off_x, off_y]
         };
         seen.iter().step_by(seen.len().div_ceil(MOST_FRAMES).max(1)).map(frame).collect()
     };
-    let contact = [0, 1].map(|ball| impact.paths.place(ball, impact.time).map(|x| whole(x, 1e-4)));
-    json!({
+    let contact = [0, 1].map(|ball| shown.paths.place(ball, impact.time).map(|x| whole(x, 1e-4)));
+    Some(json!({
         "id": shot.id,
         "name": shot.name,
         "chi2": plain(impact.reduced_chi2, 3),
         "largest": plain(shot.largest, 2),
-        "radius": whole(radius, 1e-4),
+        "radius": whole(film.solution.radius(), 1e-4),
         "contact": contact,
         "balls": [frames(0), frames(1)],
-    })
+    }))
 }

@@ -42,6 +42,8 @@ const SHOT_STOP: (usize, f64) = (30, 1e-6);
 /// The impact of a shot with a free outcome, and how well its frames show it.
 #[derive(Clone, Debug)]
 pub(crate) struct Impact {
+    /// Its number among the shots of the fit.
+    pub(crate) index: usize,
     /// The shot as measured, in the table frame, with the errors that are its own.
     pub(crate) shot: Shot,
     /// Variance that its numbers have of what all shots share, friction and rolling resistance of
@@ -55,8 +57,11 @@ pub(crate) struct Impact {
     pub(crate) reduced_chi2: f64,
     /// Number of frames that were left out.
     pub(crate) outliers: usize,
-    /// Places of both balls in the frames that were used: instant (s) and place, m from the middle
-    /// of the film.
+}
+
+/// The frames of a shot that were used, with the paths that they show.
+pub(crate) struct ShownPaths {
+    /// Instant (s) and place of each ball, m from the middle of the film.
     pub(crate) seen: [Vec<(f64, [f64; 2])>; 2],
     /// Paths of the balls through the picture.
     pub(crate) paths: PicturePaths,
@@ -262,20 +267,33 @@ impl Solution {
                 after.collect(),
             )
         };
-        let used = [0, 1].map(|ball| shot.tracks[ball].iter().filter(|frame| frame.used).collect::<Vec<_>>());
+        let used: Vec<&Frame> = shot.tracks[1].iter().filter(|frame| frame.used).collect();
         let time = own[own::TIME];
         let add_up = |of: fn(&NoiseSums) -> f64| sums.sums.noises.iter().map(of).sum::<f64>();
         let dof = add_up(|noise| noise.count) - (sums.sums.count_free() + Id::OFFSETS.len()) as f64;
         Some(Impact {
+            index: i,
             shot: impact,
             shared_part: parts.iter().sum::<f64>() / parts.len() as f64,
             time,
-            position_sd: film.noise[1].sd * typical_sd(&used[1]),
+            position_sd: film.noise[1].sd * typical_sd(&used),
             reduced_chi2: add_up(|noise| noise.weighted) / dof.max(1.0),
             outliers: shot.tracks.iter().flatten().filter(|frame| frame.is_left_out()).count(),
-            seen: used.map(|used| used.iter().map(|frame| (frame.time, frame.seen.into())).collect()),
-            paths: at.paths()?,
         })
+    }
+
+    /// Returns the frames of shot `i` of a film with its paths without a law of the impact. They are
+    /// not kept with its impact, since those of many shots do not fit in memory.
+    pub fn shown_paths(&self, i: usize) -> Option<ShownPaths> {
+        let shared = self.first_shared();
+        let at = self.film_shot(i, &shared)?;
+        let Settled { own, shared, .. } = at.settle(&Id::OFFSETS, SHOT_STOP);
+        let used = |frames: &Vec<Frame>| {
+            let used = frames.iter().filter(|frame| frame.used);
+            used.map(|frame| (frame.time, frame.seen.into())).collect()
+        };
+        let paths = ShotAt { own: &own, shared: &shared, ..at }.paths()?;
+        Some(ShownPaths { seen: [0, 1].map(|ball| used(&at.shot.tracks[ball])), paths })
     }
 
     /// Returns the variances of quantities of a shot with a free outcome: those that its frames

@@ -7,7 +7,7 @@ use super::axis::ends;
 use super::{Axis, Figure, INK, Panel, Point, Scale, color};
 use crate::fit::FittedFilm;
 use crate::measurement::number::count_of;
-use crate::problem::Impact;
+use crate::problem::{Impact, ShownPaths};
 
 /// Both tracks of a shot of balls or discs with what was fitted.
 pub(in crate::report) struct Tracks<'a> {
@@ -30,16 +30,17 @@ pub(in crate::report) struct Tracks<'a> {
 }
 
 /// Returns the tracks of a shot of balls, at places from the origin of the film instead of its
-/// middle.
-pub(in crate::report) fn of_balls<'a>(film: &FittedFilm, impact: &'a Impact) -> Tracks<'a> {
+/// middle; `None` if its frames do not show an impact.
+pub(in crate::report) fn of_balls<'a>(film: &FittedFilm, impact: &'a Impact) -> Option<Tracks<'a>> {
+    let ShownPaths { seen, paths } = film.solution.shown_paths(impact.index)?;
     let [before, cue, object] = impact.speeds();
     let (noise, chi2) = (1e3 * impact.position_sd, impact.reduced_chi2);
     let left_out = count_of(impact.outliers, "frame");
     let [x, y] = film.solution.origin();
     let in_film = move |place: [f64; 2]| [place[0] + x, place[1] + y];
-    Tracks {
+    Some(Tracks {
         name: &impact.shot.name,
-        seen: impact.seen.each_ref().map(|seen| seen.iter().map(|(t, at)| (*t, in_film(*at))).collect()),
+        seen: seen.map(|seen| seen.into_iter().map(|(t, at)| (t, in_film(at))).collect()),
         summary: format!(
             "cue ball {before:.3} → {cue:.3} m/s, object ball {object:.3} m/s, noise {noise:.3} mm, χ²/dof {chi2:.2}, \
              {left_out} left out"
@@ -49,8 +50,8 @@ pub(in crate::report) fn of_balls<'a>(film: &FittedFilm, impact: &'a Impact) -> 
         clock: ("time from the impact (ms)", 1e-3),
         position_sd: impact.position_sd,
         radii: [film.solution.radius(); 2],
-        place: Box::new(move |ball, time| in_film(impact.paths.place(ball, time))),
-    }
+        place: Box::new(move |ball, time| in_film(paths.place(ball, time))),
+    })
 }
 
 /// Returns the paths of both balls in all shots, in a figure that is empty if no shot shows an
@@ -65,8 +66,7 @@ pub(in crate::report) fn all_shots(name: &str, film: &FittedFilm) -> Figure {
     let shots: Vec<&Impact> = names.iter().step_by(each).filter_map(|name| film.impact(name)).collect();
     let mut panel = seen_from_above("", "");
     let mut figure = Figure::new(name);
-    for impact in &shots {
-        let tracks = of_balls(film, impact);
+    for tracks in shots.iter().filter_map(|impact| of_balls(film, impact)) {
         tracks.draw(&mut panel, 1, MOST_FRAMES);
         figure.series = tracks.names.map(str::to_owned).to_vec();
     }
