@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::DatasetError;
-use super::error::Problems;
+use super::error::Log;
 use super::table::{Column, Table};
 use crate::measurement::fault::FINITE;
 use crate::physics::ball::{BallState, Vec3};
@@ -77,9 +77,9 @@ pub(crate) fn collide_all(
     path: &Path,
     model: impl Fn(&Case) -> Result<Model, NotACollision>,
 ) -> Result<Vec<Computed>, DatasetError> {
-    let problems = Problems::new(format!("the cases {} cannot be computed:", path.display()));
+    let (log, what) = (Log::default(), format!("the cases {} cannot be computed:", path.display()));
     let columns: Vec<Column> = NUMBERS.split(' ').chain(OPTIONAL).map(|name| (name, 1.0, FINITE)).collect();
-    let Some(table) = Table::read(path, &problems) else { return Err(problems.into_error()) };
+    let Some(table) = Table::read(path, &log) else { return Err(log.into_error(what)) };
     let table = table.with("name", &columns, &format!("name {NUMBERS}"), "");
     let mut collided = Vec::new();
     for row in table.rows() {
@@ -103,5 +103,5 @@ pub(crate) fn collide_all(
             }
         }
     }
-    problems.into_result(collided)
+    log.into_result(collided, what)
 }

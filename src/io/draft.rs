@@ -104,49 +104,46 @@ impl Draft {
 /// Drafts the dataset.toml of files, or of the tables in folders. `Err`: a file that cannot be read
 /// or is empty, or files of different kinds.
 pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
-    let mut files = listed(named)?;
-    let table = files.iter().position(|file| is_shots_table(file)).filter(|_| files.len() > 1);
-    let table = table.map(|i| files.remove(i));
+    let mut files = listed(named)?.into_iter().map(Seen::of).collect::<Result<Vec<Seen>, _>>()?;
+    let table = files.iter().position(Seen::is_shots_table).filter(|_| files.len() > 1);
+    let table = table.map(|i| files.remove(i).file);
     let mut draft = Draft::default();
-    let seen = look_at(&files, &mut draft.found)?;
+    look_at(&mut files, &mut draft.found)?;
     draft.folder = match named {
         // also if all tables are in one of its subfolders
         [folder] if folder.is_dir() => folder.clone(),
         _ => {
-            let holds_all = |folder: &&Path| seen.iter().all(|seen| seen.file.starts_with(folder));
-            let above = seen.first().and_then(|first| first.file.ancestors().skip(1).find(holds_all));
+            let holds_all = |folder: &&Path| files.iter().all(|seen| seen.file.starts_with(folder));
+            let above = files.first().and_then(|first| first.file.ancestors().skip(1).find(holds_all));
             above.map(Path::to_path_buf).unwrap_or_default()
         }
     };
     let here = if draft.folder.as_os_str().is_empty() { Path::new(".") } else { &draft.folder };
-    let Some(first) = seen.first() else { return Err(refused(here, "holds no table")) };
+    let Some(first) = files.first() else { return Err(refused(here, "holds no table")) };
     let name = std::path::absolute(here).unwrap_or_else(|_| here.to_path_buf());
     let name = name.file_name().map_or("my-data".into(), |name| name.to_string_lossy().into_owned());
     let relative = |Seen { file, .. }: &Seen| {
         file.strip_prefix(&draft.folder).unwrap_or(file).to_string_lossy().replace('\\', "/")
     };
-    let files: Vec<String> = seen.iter().map(relative).collect();
-    let (file, kind, has_spins) = (first.file.clone(), first.kind, first.has_spins);
-    let survey = seen.into_iter().map(|seen| seen.survey).reduce(Survey::and).unwrap_or_default();
-    draft.tracks = survey.tracks().into_iter().map(|(name, _)| name.to_owned()).collect();
-    draft.follows = survey.times().0;
-    draft.are_discs = survey.are_discs();
-    let text = text(&file)?;
-    let lines = filled_lines(&text).take(MAX_LINES);
+    let lines = filled_lines(&first.text).take(MAX_LINES);
     let lines: Vec<String> = lines.map(|(_, line)| beginning(line, MAX_CHARACTERS)).collect();
     let values = context! {
         name => toml(name),
-        kind => toml(kind),
-        files => toml(files),
-        is_film => kind == "tracks",
-        has_spins,
-        file => file.display().to_string(),
+        kind => toml(first.kind),
+        files => toml(files.iter().map(relative).collect::<Vec<String>>()),
+        is_film => first.kind == "tracks",
+        has_spins => first.has("cue_spin") || first.has("omega_x"),
+        file => first.file.display().to_string(),
         lines,
         table => table.as_ref().map(|table| table.display().to_string()),
         table_name => table.as_deref().and_then(Path::file_name).and_then(OsStr::to_str).map(toml),
         columns_of_shots => KNOWN.split(' ').skip(1).collect::<Vec<_>>().join(", "),
-        ..survey.values()
     };
+    let survey = files.into_iter().map(|seen| seen.survey).reduce(Survey::and).unwrap_or_default();
+    draft.tracks = survey.tracks().into_iter().map(|(name, _)| name.to_owned()).collect();
+    draft.follows = survey.times().0;
+    draft.are_discs = survey.are_discs();
+    let values = context! { ..values, ..survey.values() };
     for line in Sentences::of(TEMPLATE).sentence(values).lines() {
         match (line.strip_prefix("> "), line.split_once("\t# ")) {
             (Some(finding), _) => draft.found.push(finding.to_owned()),
@@ -157,19 +154,57 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
     Ok(draft)
 }
 
-/// The content of a file.
+/// A file and its content.
+#[derive(Default)]
 struct Seen {
     file: PathBuf,
+    text: String,
+    /// The first line that is not blank or a comment, and the cells that it may have.
+    names: Vec<String>,
     /// `tracks`, `impacts` or `angles`.
     kind: &'static str,
     /// Empty for a table of impacts or angles, or of unknown columns.
     survey: Survey,
-    has_spins: bool,
 }
 
 impl Seen {
-    fn is_clear(&self) -> bool {
-        self.kind != "tracks" || !self.survey.is_empty()
+    fn of(file: PathBuf) -> Result<Self, Problem> {
+        let bytes = std::fs::read(&file);
+        let bytes = bytes.map_err(|error| refused(&file, format!("cannot be read: {error}")))?;
+        let text = decode(&bytes).0.into_owned();
+        let names = names(&text);
+        Ok(Self { file, text, names, ..Self::default() })
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.names.iter().any(|own| own == name)
+    }
+
+    fn is_shots_table(&self) -> bool {
+        let is_called_so = self.file.file_name().is_some_and(|name| name.eq_ignore_ascii_case(SHOTS));
+        let has_facts = self.has("shot") && KNOWN.split(' ').skip(1).any(|name| self.has(name));
+        is_called_so && has_facts && !["cut_deg", "nx", "x"].into_iter().any(|name| self.has(name))
+    }
+
+    /// Determines the kind and the content; `Err` if the file cannot be read as tracks and its first
+    /// line is not text.
+    fn look(&mut self) -> Result<(), Problem> {
+        let is_near = |own: &String| near_miss(own, &["cut_deg"], |_| false).is_some();
+        self.kind = match () {
+            () if ["nx", "ny", "cue_vx"].into_iter().all(|name| self.has(name)) => "impacts",
+            () if self.has("cut_deg") || self.names.iter().any(is_near) => "angles",
+            () => "tracks",
+        };
+        if self.kind == "tracks" {
+            let is_odd = |c: char| c == char::REPLACEMENT_CHARACTER || c.is_control() && !c.is_whitespace();
+            let is_text = |line: &String| !line.starts_with(['{', '[', '<']) && !line.contains(is_odd);
+            let survey = Survey::of(&self.file, &self.text).map_err(|problems| problems.into_iter().next());
+            self.survey = match survey {
+                Err(Some(problem)) if !self.names.first().is_some_and(is_text) => return Err(problem),
+                survey => survey.unwrap_or_default(),
+            };
+        }
+        Ok(())
     }
 }
 
@@ -213,9 +248,7 @@ fn tables(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
             }
         }
     }
-    let message =
-        "holds no table (a file that ends in .csv, .txt, .tsv or .dat); save a workbook's sheet as CSV";
-    Err(refused(folder, message))
+    Err(refused(folder, "holds no table (.csv, .txt, .tsv or .dat); save a workbook's sheet as CSV"))
 }
 
 /// Returns whether a file holds boxes of one frame: class, x, y, width, height.
@@ -225,64 +258,24 @@ fn is_frame(file: &Path) -> bool {
     (1..=BOXES).contains(&text.lines().count()) && text.lines().all(|row| (5..=7).contains(&numbers(row)))
 }
 
-/// Returns the files of one kind; those that are not understood are left out if others are.
-fn look_at(files: &[PathBuf], found: &mut Vec<String>) -> Result<Vec<Seen>, Problem> {
-    let looked: Vec<Result<Seen, Problem>> = files.iter().map(|file| look(file)).collect();
-    let is_clear = |now: &Result<Seen, Problem>| now.as_ref().is_ok_and(Seen::is_clear);
-    if !looked.iter().any(is_clear) {
+/// Looks at files; leaves out those that are not understood if others are. `Err`: different kinds.
+fn look_at(files: &mut Vec<Seen>, found: &mut Vec<String>) -> Result<(), Problem> {
+    let looked: Vec<Result<(), Problem>> = files.iter_mut().map(Seen::look).collect();
+    let is_clear = |seen: &Seen| ["impacts", "angles"].contains(&seen.kind) || !seen.survey.is_empty();
+    if !files.iter().any(is_clear) {
         return looked.into_iter().collect();
     }
-    let mut seen: Vec<Seen> = Vec::new();
-    for (file, now) in files.iter().zip(looked) {
-        if !is_clear(&now) {
-            let why = "no table of positions or measurements, or one without rows; left out";
-            found.push(format!("{}: {why}.", file.display()));
-            continue;
-        }
-        let now = now?;
-        if let Some(Seen { file, kind, .. }) = seen.first().filter(|first| first.kind != now.kind) {
-            let (file, own) = (file.display(), now.kind);
-            let message =
-                format!("is of kind {own}, but {file} is of kind {kind}; expected files of one data set");
-            return Err(refused(&now.file, message));
-        }
-        seen.push(now);
+    for seen in files.extract_if(.., |seen| !is_clear(seen)) {
+        let why = "no table of positions or measurements, or one without rows; left out";
+        found.push(format!("{}: {why}.", seen.file.display()));
     }
-    Ok(seen)
-}
-
-fn text(file: &Path) -> Result<String, Problem> {
-    let bytes = std::fs::read(file).map_err(|error| refused(file, format!("cannot be read: {error}")))?;
-    Ok(decode(&bytes).0.into_owned())
-}
-
-fn look(file: &Path) -> Result<Seen, Problem> {
-    let text = text(file)?;
-    let names = names(&text);
-    let has = |name: &str| names.iter().any(|own| own == name);
-    let is_near = |own: &String| near_miss(own, &["cut_deg"], |_| false).is_some();
-    let (kind, survey) = if has("nx") && has("ny") && has("cue_vx") {
-        ("impacts", Survey::default())
-    } else if has("cut_deg") || names.iter().any(is_near) {
-        ("angles", Survey::default())
-    } else {
-        let is_odd = |c: char| c == char::REPLACEMENT_CHARACTER || c.is_control() && !c.is_whitespace();
-        let is_text = |line: &str| !line.starts_with(['{', '[', '<']) && !line.contains(is_odd);
-        match Survey::of(file, &text).map_err(|problems| problems.into_iter().next()) {
-            Err(Some(problem)) if !names.first().is_some_and(|line| is_text(line)) => return Err(problem),
-            survey => ("tracks", survey.unwrap_or_default()),
-        }
-    };
-    let has_spins = has("cue_spin") || has("omega_x");
-    Ok(Seen { file: file.to_path_buf(), kind, survey, has_spins })
-}
-
-fn is_shots_table(file: &Path) -> bool {
-    let names = names(&text(file).unwrap_or_default());
-    let has = |name: &str| names.iter().any(|own| own == name);
-    let is_called_so = file.file_name().is_some_and(|name| name.eq_ignore_ascii_case(SHOTS));
-    let has_facts = has("shot") && KNOWN.split(' ').skip(1).any(has);
-    is_called_so && has_facts && !["cut_deg", "nx", "x"].into_iter().any(has)
+    if let Some(other) = files.iter().find(|seen| seen.kind != files[0].kind) {
+        let (own, Seen { file, kind, .. }) = (other.kind, &files[0]);
+        let first = format!("{} is of kind {kind}", file.display());
+        let message = format!("is of kind {own}, but {first}; expected files of one data set");
+        return Err(refused(&other.file, message));
+    }
+    Ok(())
 }
 
 /// Returns the first line that is not blank or a comment, and the cells that it may have.

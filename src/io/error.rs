@@ -5,12 +5,12 @@ use std::fmt;
 use std::hash::Hash;
 use std::path::{Path, PathBuf};
 
-use indexmap::IndexMap;
+use indexmap::{IndexMap, IndexSet};
 
 /// Maximum number of problems listed; the rest are counted.
 const LISTED: usize = 20;
-/// Maximum number of other places of the same problem that are named.
-const MAX_NAMED: usize = 2;
+/// Maximum number of places of the same problem that are named.
+const MAX_PLACES: usize = 3;
 
 /// A problem and its place.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,18 +30,31 @@ impl Problem {
         let line = self.line.map_or(String::new(), |line| format!(":{line}"));
         format!("{}{line}", self.file.display())
     }
+
+    /// Returns what is wrong at the place.
+    fn said(&self) -> String {
+        let column = self.column.as_ref().map_or(String::new(), |column| format!("column {column}: "));
+        harmless(&(column + &self.message))
+    }
 }
 
 impl std::error::Error for Problem {}
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: ", self.place())?;
-        if let Some(column) = &self.column {
-            write!(f, "column {}: ", harmless(column))?;
-        }
-        f.write_str(&harmless(&self.message))
+        write!(f, "{}: {}", self.place(), self.said())
     }
+}
+
+/// Returns each problem or note once, with at most this number of its places.
+fn lines_of<'p>(all: impl Iterator<Item = &'p Problem>, most: usize) -> Vec<String> {
+    let groups = grouped(all.map(|problem| (problem.said(), problem.place())));
+    let line = |(said, places): (String, Vec<String>)| {
+        let places: IndexSet<String> = places.into_iter().collect();
+        let named: Vec<&str> = places.iter().take(most).map(String::as_str).collect();
+        format!("{}{}: {said}", named.join(", "), and_more(places.len().saturating_sub(most)))
+    };
+    groups.into_iter().map(line).collect()
 }
 
 /// Returns a text with control characters escaped, which would act on a terminal.
@@ -72,38 +85,36 @@ impl std::error::Error for DatasetError {}
 
 impl fmt::Display for DatasetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let lines = lines_of(self.problems.iter(), MAX_PLACES);
         write!(f, "{}", self.what)?;
-        // the same problem in other places is listed once
-        let groups =
-            grouped(self.problems.iter().map(|problem| ((&problem.message, &problem.column), problem)));
-        for group in groups.values().take(LISTED) {
-            write!(f, "\n  {}", group[0])?;
-            let named: Vec<String> = group[1..].iter().take(MAX_NAMED).map(|other| other.place()).collect();
-            if !named.is_empty() {
-                write!(f, "\n    the same in {}", named.join(", "))?;
-            }
-            if group.len() > 1 + MAX_NAMED {
-                write!(f, " and {} more", group.len() - 1 - MAX_NAMED)?;
-            }
-        }
-        let more: usize = groups.values().skip(LISTED).map(Vec::len).sum();
-        if more > 0 {
-            write!(f, "\n  and {more} more")?;
-        }
-        Ok(())
+        lines.iter().take(LISTED).try_for_each(|line| write!(f, "\n  {line}"))?;
+        let more = lines.len().saturating_sub(LISTED);
+        if more > 0 { write!(f, "\n  and {more} more") } else { Ok(()) }
     }
 }
 
-/// Problems as they are found.
-#[derive(Debug)]
-pub(crate) struct Problems(RefCell<DatasetError>);
+/// Subject of a note, in the order of the list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) enum Subject {
+    /// A fault of one shot, which can be left out.
+    Damage,
+    Format,
+    Clock,
+    Swapped,
+    Gaps,
+    Names,
+    Order,
+    Repeated,
+}
 
-impl Problems {
-    /// Returns an empty list; `what` names the action that problems prevent.
-    pub(crate) fn new(what: impl Into<String>) -> Self {
-        Self(RefCell::new(DatasetError { what: what.into(), problems: Vec::new() }))
-    }
+/// Problems, and notes about detections and repairs, as they are found.
+#[derive(Debug, Default)]
+pub(crate) struct Log {
+    problems: RefCell<Vec<Problem>>,
+    notes: RefCell<Vec<(Subject, Problem)>>,
+}
 
+impl Log {
     pub(crate) fn add<'a>(
         &self,
         file: &Path,
@@ -113,25 +124,81 @@ impl Problems {
     ) {
         let (line, column) = (line.into(), column.into().map(str::to_string));
         let problem = Problem { file: file.to_path_buf(), line, column, message: message.into() };
-        self.0.borrow_mut().problems.push(problem);
+        self.problems.borrow_mut().push(problem);
+    }
+
+    pub(crate) fn note(
+        &self,
+        subject: Subject,
+        file: &Path,
+        line: impl Into<Option<usize>>,
+        message: impl Into<String>,
+    ) {
+        let (file, line) = (file.to_path_buf(), line.into());
+        self.notes
+            .borrow_mut()
+            .push((subject, Problem { file, line, column: None, message: message.into() }));
+    }
+
+    /// Adds the entries of another log; returns the damage among them.
+    pub(crate) fn append(&self, other: Self) -> Vec<Problem> {
+        let (damage, notes): (Vec<_>, Vec<_>) =
+            other.notes.into_inner().into_iter().partition(|(subject, _)| *subject == Subject::Damage);
+        self.problems.borrow_mut().extend(other.problems.into_inner());
+        self.notes.borrow_mut().extend(notes);
+        damage.into_iter().map(|(_, problem)| problem).collect()
     }
 
     pub(crate) fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
+    /// Returns the number of problems.
     pub(crate) fn len(&self) -> usize {
-        self.0.borrow().problems.len()
+        self.problems.borrow().len()
     }
 
-    /// Returns `value`, or the problems if there are any.
-    pub(crate) fn into_result<T>(self, value: T) -> Result<T, DatasetError> {
-        if self.is_empty() { Ok(value) } else { Err(self.into_error()) }
+    /// Returns `value`, or the problems if there are any; `what` names the action that they
+    /// prevent.
+    pub(crate) fn into_result<T>(self, value: T, what: impl Into<String>) -> Result<T, DatasetError> {
+        if self.is_empty() { Ok(value) } else { Err(self.into_error(what)) }
     }
 
-    pub(crate) fn into_error(self) -> DatasetError {
-        self.0.into_inner()
+    pub(crate) fn into_error(self, what: impl Into<String>) -> DatasetError {
+        DatasetError { what: what.into(), problems: self.problems.into_inner() }
     }
+
+    /// Returns each note once, with its first place and the number of others.
+    pub(crate) fn notes(&self) -> Vec<String> {
+        /// Maximum number of notes of a subject that are listed.
+        const MAX_LISTED: usize = 8;
+        let mut notes = self.notes.borrow().clone();
+        notes.sort_by_key(|(subject, _)| *subject);
+        let subjects = notes.chunk_by(|a, b| a.0 == b.0).map(|notes| {
+            let mut lines = lines_of(notes.iter().map(|(_, note)| note), 1);
+            let more = lines.len().saturating_sub(MAX_LISTED);
+            lines.truncate(MAX_LISTED);
+            lines.extend((more > 0).then(|| format!("and {more} more like this")));
+            lines
+        });
+        subjects.flatten().collect()
+    }
+}
+
+/// Returns ` and 3 more`; an empty text for 0.
+fn and_more(others: usize) -> String {
+    if others > 0 { format!(" and {others} more") } else { String::new() }
+}
+
+pub(crate) fn quoted<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> String {
+    let quoted: Vec<String> = names.into_iter().map(|name| format!("\"{}\"", name.as_ref())).collect();
+    quoted.join(", ")
+}
+
+/// Returns the first of these names, and the number of the others.
+pub(crate) fn listed<S: AsRef<str>>(names: &[S]) -> String {
+    const MAX_NAMED: usize = 12;
+    quoted(names.iter().take(MAX_NAMED)) + &and_more(names.len().saturating_sub(MAX_NAMED))
 }
 
 /// Returns the values of each key, in the order in which the keys appear.

@@ -67,6 +67,17 @@ impl StatedSpin {
     pub(crate) fn named(word: &str) -> Option<Self> {
         if word == "measured" { Some(Self::Measured) } else { word.parse().ok().map(Self::Is) }
     }
+
+    /// Returns what is wrong with a shot whose spin `columns` do not measure.
+    pub(crate) fn complaint(self, columns: &str) -> String {
+        if self == Self::Measured {
+            return format!("the spin is said to be measured; expected values in {columns}");
+        }
+        format!(
+            "the cue ball's spin is not stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
+             \"unknown\" in dataset.toml, a column cue_spin, or columns {columns}"
+        )
+    }
 }
 
 /// The keys of a dataset.toml.
@@ -177,10 +188,8 @@ impl Keys {
         let is_forbidden = |c: char| c == '/' || c == '\\' || c.is_control();
         let is_good = !["", ".", ".."].contains(&name) && name.trim() == name && !name.contains(is_forbidden);
         if !is_good || name.len() > MAX_NAME_BYTES {
-            let expected = format!(
-                "one that can name a folder: at most {MAX_NAME_BYTES} bytes, without slashes, control \
-                 characters and blanks around it"
-            );
+            let limit = "without slashes, control characters and blanks around it";
+            let expected = format!("one that can name a folder: at most {MAX_NAME_BYTES} bytes, {limit}");
             source.add(&[Fault::new("name", source.written("name"), expected)]);
         }
     }

@@ -15,7 +15,7 @@ use std::collections::{HashMap, HashSet};
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
-use error::{Problems, did_you_mean};
+use error::{Log, did_you_mean};
 use manifest::{Keys, Manifest, StatedSpin};
 use polars::prelude::{DataFrame, PolarsResult, df};
 use schemars::Schema;
@@ -25,7 +25,6 @@ use toml_file::{Source, checked};
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};
 use crate::measurement::fault::{Condition, FINITE, POSITIVE};
 use crate::measurement::observable::Observable;
-use crate::measurement::spin::Spin;
 use crate::measurement::track::{Sample, TrackShot, TrackedBall};
 use crate::measurement::valid::is_unit;
 
@@ -46,9 +45,9 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
         } else {
             "there is no such file; expected a dataset.toml, or a folder that holds one"
         };
-        let problems = Problems::new(what);
-        problems.add(&file, None, None, message);
-        return Err(problems.into_error());
+        let log = Log::default();
+        log.add(&file, None, None, message);
+        return Err(log.into_error(what));
     }
     checked(&file, None, what, dataset)
 }
@@ -69,7 +68,7 @@ pub fn schema() -> Schema {
 /// Returns the data set with its shots or tracks; without them if dataset.toml has problems.
 fn dataset(keys: Keys, source: &Source) -> Dataset {
     let manifest = keys.check(source);
-    if !source.problems.is_empty() {
+    if !source.log.is_empty() {
         return manifest.dataset;
     }
     if let Some(settings) = &manifest.tracks {
@@ -81,13 +80,12 @@ fn dataset(keys: Keys, source: &Source) -> Dataset {
         add_rows(&mut dataset, file, kind, assume, source);
     }
     let names = dataset.shots.iter().map(|shot| (shot.name.as_str(), shot.file.as_path(), shot.line));
-    check_unique(names, "", source.problems);
+    check_unique(names, "", source.log);
     number_shots(&mut dataset.shots);
     for shot in dataset.shots.iter_mut().filter(|_| dataset.side_sd > 0.0) {
         if !shot.add_side_spin(dataset.side_sd, dataset.ball.radius) {
-            let message =
-                "is missing; expected a speed in every row, since [cue_spin] side_sd is a part of it";
-            source.problems.add(&shot.file, shot.line, "speed_m_s", message);
+            let message = "is missing; expected a speed in every row, of which [cue_spin] side_sd is a part";
+            source.log.add(&shot.file, shot.line, "speed_m_s", message);
         }
     }
     dataset
@@ -97,7 +95,7 @@ fn dataset(keys: Keys, source: &Source) -> Dataset {
 pub(crate) fn check_unique<'a>(
     names: impl Iterator<Item = (&'a str, &'a Path, usize)>,
     remedy: &str,
-    problems: &Problems,
+    log: &Log,
 ) {
     let mut seen = HashMap::new();
     for (name, file, line) in names.filter(|(name, ..)| !name.is_empty()) {
@@ -106,7 +104,7 @@ pub(crate) fn check_unique<'a>(
             let message = format!(
                 "\"{name}\" also names the shot in line {other_line} of {other}; expected a name of its own{remedy}"
             );
-            problems.add(file, line, "shot", message);
+            log.add(file, line, "shot", message);
         }
     }
 }
@@ -146,30 +144,33 @@ pub fn positions(dataset: &Dataset) -> PolarsResult<DataFrame> {
 }
 
 pub(crate) fn positions_of<'a>(shots: impl Iterator<Item = &'a TrackShot>) -> PolarsResult<DataFrame> {
-    let mut names: [Vec<&str>; 3] = Default::default();
-    let mut frames: Vec<i64> = Vec::new();
-    let mut numbers: [Vec<Option<f64>>; 5] = Default::default();
+    let mut rows: Vec<(&TrackShot, [&str; 2], &Sample)> = Vec::new();
     for shot in shots {
-        let centres = [("cue", "centre", &shot.cue), ("object", "centre", &shot.object)];
+        let centres = [(["cue", "centre"], &shot.cue), (["object", "centre"], &shot.object)];
         let markers = shot.markers.iter().map(|marker| {
             let ball = if marker.ball == TrackedBall::Cue { "cue" } else { "object" };
-            (ball, marker.name.as_str(), &marker.samples)
+            ([ball, marker.name.as_str()], &marker.samples)
         });
-        for (ball, point, samples) in centres.into_iter().chain(markers) {
-            for Sample { t, x, y, sd } in samples {
-                let words = [shot.name.as_str(), ball, point];
-                names.iter_mut().zip(words).for_each(|(column, name)| column.push(name));
-                frames.push((t * shot.fps).round() as i64);
-                let [x_sd, y_sd] = sd.map_or([None; 2], |sd| sd.map(Some));
-                let row = [Some(*t), Some(*x), Some(*y), x_sd, y_sd];
-                numbers.iter_mut().zip(row).for_each(|(column, number)| column.push(number));
-            }
+        for (names, samples) in centres.into_iter().chain(markers) {
+            rows.extend(samples.iter().map(|sample| (shot, names, sample)));
         }
     }
-    let ([shot, ball, point], [t, x, y, x_sd, y_sd]) = (names, numbers);
+    let names = |name: fn(&'a TrackShot, [&'a str; 2]) -> &'a str| -> Vec<&str> {
+        rows.iter().map(|(shot, names, _)| name(shot, *names)).collect()
+    };
+    let numbers = |number: fn(&Sample) -> Option<f64>| -> Vec<Option<f64>> {
+        rows.iter().map(|(.., sample)| number(sample)).collect()
+    };
     df!(
-        "shot" => shot, "frame" => frames, "t" => t, "ball" => ball, "point" => point,
-        "x" => x, "y" => y, "x_sd" => x_sd, "y_sd" => y_sd,
+        "shot" => names(|shot, _| &shot.name),
+        "frame" => rows.iter().map(|(shot, _, sample)| (sample.t * shot.fps).round() as i64).collect::<Vec<_>>(),
+        "t" => numbers(|sample| Some(sample.t)),
+        "ball" => names(|_, [ball, _]| ball),
+        "point" => names(|_, [_, point]| point),
+        "x" => numbers(|sample| Some(sample.x)),
+        "y" => numbers(|sample| Some(sample.y)),
+        "x_sd" => numbers(|sample| Some(sample.sd?[0])),
+        "y_sd" => numbers(|sample| Some(sample.sd?[1])),
     )
 }
 
@@ -208,7 +209,7 @@ fn add_rows(dataset: &mut Dataset, file: &Path, kind: Kind, assume: StatedSpin, 
     let observed = observables.iter().map(|one| (one.column(), one.unit_si(), FINITE));
     let spins = omega.map(|name| (name, 1.0, FINITE));
     let columns: Vec<Column> = before.iter().copied().chain(observed).chain(spins).collect();
-    let Some(table) = Table::read(file, source.problems) else { return };
+    let Some(table) = Table::read(file, source.log) else { return };
     let by = dataset.by.as_deref();
     if let Some(by) = by {
         check_label(by, &table, source);
@@ -223,8 +224,11 @@ fn add_rows(dataset: &mut Dataset, file: &Path, kind: Kind, assume: StatedSpin, 
         } else {
             at("cut_deg").map(|cut| Before::Angle { cut, speed: at("speed_m_s") })
         };
-        let spin = stated.and_then(|stated| spin(&table, row, omega, stated));
-        let (Some(before), Some(spin)) = (before, spin) else { continue };
+        if let Some(stated @ (StatedSpin::Measured | StatedSpin::Unstated)) = stated {
+            let column = ["cue_spin", omega[0]].into_iter().find(|name| table.has(name));
+            table.wrong(row, column, stated.complaint(&omega.join(", ")));
+        }
+        let (Some(before), Some(StatedSpin::Is(spin))) = (before, stated) else { continue };
         let after = observables.iter().filter_map(|observable| {
             Some(Measurement { observable: *observable, measured: at(observable.column())? })
         });
@@ -264,9 +268,7 @@ fn check_observed(table: &Table, observables: &[Observable]) {
         let mut full = table.rows().filter(|row| table.at(name, *row).is_some());
         if let (Some(with), Some(without)) = (full.clone().find(has_sd), full.find(|row| !has_sd(row))) {
             let line = table.line(with);
-            let message = format!(
-                "is empty, but line {line} has one; give a standard deviation for every {name} or for none"
-            );
+            let message = format!("is empty, but line {line} has one; give one for every {name} or for none");
             table.wrong(without, sd_name.as_str(), message);
         }
     }
@@ -274,21 +276,6 @@ fn check_observed(table: &Table, observables: &[Observable]) {
         let expected = columns.join(" or ");
         table.wrong(row, None, format!("no observed value in this row; expected a value in {expected}"));
     }
-}
-
-/// Returns the spin of a row; complains if it is not stated, or without its numbers.
-fn spin(table: &Table, row: usize, columns: [&str; 3], stated: StatedSpin) -> Option<Spin> {
-    let all = columns.join(", ");
-    let message = match stated {
-        StatedSpin::Is(spin) => return Some(spin),
-        StatedSpin::Measured => format!("the spin is said to be measured; expected values in {all}"),
-        StatedSpin::Unstated => format!(
-            "the cue ball's spin is not stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
-             \"unknown\" in dataset.toml, a column cue_spin, or columns {all}"
-        ),
-    };
-    table.wrong(row, ["cue_spin", columns[0]].into_iter().find(|name| table.has(name)), message);
-    None
 }
 
 fn impact(table: &Table, row: usize, [nx, ny]: [Measured; 2], velocity: [Measured; 2]) -> Before {
@@ -299,15 +286,13 @@ fn impact(table: &Table, row: usize, [nx, ny]: [Measured; 2], velocity: [Measure
     };
     let line = written(["nx", "ny"]);
     if !is_unit(nx.value, ny.value) {
-        let message = format!(
-            "the line of centres (nx, ny) = {line} has the length {length:?}; expected a unit vector"
-        );
+        let message = format!("the line of centres {line} has the length {length:?}; expected a unit vector");
         table.wrong(row, "nx", message);
     } else if nx.value * velocity[0].value + ny.value * velocity[1].value <= 0.0 {
+        let velocity = written(["cue_vx", "cue_vy"]);
         let message = format!(
-            "the cue ball's velocity {} takes it away from the object ball; expected one that approaches \
-             along the line of centres (nx, ny) = {line}, which points from cue ball to object ball",
-            written(["cue_vx", "cue_vy"]),
+            "the cue ball's velocity {velocity} takes it away from the object ball; expected one that approaches along the line of \
+             centres {line}, which points from cue ball to object ball"
         );
         table.wrong(row, "cue_vx", message);
     }

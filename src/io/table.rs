@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::error::{Problems, did_you_mean};
+use super::error::{Log, did_you_mean, quoted};
 use super::manifest::StatedSpin;
 use super::text::{
     Mark, Place, Slip, cells, filled_lines, line_end, parse, read_utf8, value, without_separator_line,
@@ -24,11 +24,12 @@ pub(crate) const OMEGA: [&str; 3] = ["omega_x", "omega_y", "omega_z"];
 /// The rows of a file; columns without a meaning are labels.
 pub(crate) struct Table<'a> {
     pub(crate) path: PathBuf,
-    pub(crate) problems: &'a Problems,
+    pub(crate) log: &'a Log,
     /// The separator of cells; unless it is a comma, decimals may have one.
     separator: char,
     header: Record,
     rows: Vec<Record>,
+    /// Columns of texts and of numbers with meanings.
     known: Vec<&'static str>,
     numbers: Vec<Column>,
 }
@@ -57,58 +58,55 @@ impl<'a> Table<'a> {
 
     /// Reads the rows of a file without comments (`#`) and lines of blanks and commas only. `None`,
     /// with a problem, if it cannot be read.
-    pub(crate) fn read(path: &Path, problems: &'a Problems) -> Option<Self> {
-        let text = read_utf8(path, problems)?;
+    pub(crate) fn read(path: &Path, log: &'a Log) -> Option<Self> {
+        let text = read_utf8(path, log)?;
         let (text, stated) = without_separator_line(text.into());
         let separator = stated.unwrap_or_else(|| separator(&text));
-        let before = problems.len();
-        let wrong = |line: Option<usize>, message: &str| problems.add(path, line, None, message);
+        let before = log.len();
+        let wrong = |line: Option<usize>, message: &str| log.add(path, line, None, message);
         let mut rows = records(&text, separator, &|line, message| wrong(Some(line), message));
-        let has_slips = problems.len() > before;
+        let has_slips = log.len() > before;
         if rows.is_empty() && !has_slips {
             wrong(None, "is empty; expected a line of column names, and rows below it");
         }
         let header = rows.drain(..1.min(rows.len())).next()?;
-        let (line, names, before) = (header.line, &header.cells, problems.len());
+        let (line, names, before) = (header.line, &header.cells, log.len());
         for (i, name) in names.iter().enumerate() {
             if name.is_empty() {
                 wrong(Some(line), &format!("column {} has no name", i + 1));
             } else if names[..i].contains(name) {
-                problems.add(path, line, name.as_str(), "stands twice among the column names");
+                log.add(path, line, name.as_str(), "stands twice among the column names");
             }
         }
-        if problems.len() > before {
+        if log.len() > before {
             return None;
         }
         if rows.is_empty() && !has_slips {
-            let hint = if text.contains("\n#") { " (lines that begin with # are comments)" } else { "" };
-            wrong(Some(line), &format!("no rows below the column names; expected at least one{hint}"));
+            wrong(Some(line), "no rows below the column names; expected at least one (# begins a comment)");
         }
-        let is_whole = |Record { cells, .. }: &Record| cells.len() == names.len();
-        for Record { line, cells } in rows.extract_if(.., |record| !is_whole(record)) {
+        for Record { line, cells } in rows.extract_if(.., |row| row.cells.len() != names.len()) {
             wrong(Some(line), &wrong_width(cells.len(), names.len(), header.line, Some(separator)));
         }
         let (path, known, numbers) = (path.to_path_buf(), Vec::new(), Vec::new());
-        let table = Self { path, problems, separator, header, rows, known, numbers };
-        (!table.rows.is_empty()).then_some(table)
+        (!rows.is_empty()).then_some(Self { path, log, separator, header, rows, known, numbers })
     }
 
     /// Complains about cells of a column that are not numbers, or out of range in SI; a standard
     /// deviation may become 0 in radians.
     fn check_numbers(&self, name: &str, unit_si: f64, range: Condition, fault: &str) {
-        let (file, problems, Some(column)) = (self.path.as_path(), self.problems, self.place(name)) else {
+        let (file, log, Some(column)) = (self.path.as_path(), self.log, self.place(name)) else {
             return;
         };
         let mut marks = Mark::default();
         for Record { line, cells } in &self.rows {
             let (line, text) = (*line, cells[column].as_str());
-            let number = marks.number(Place { file, line, column: name, text, problems });
+            let number = marks.number(Place { file, line, column: name, text, log });
             if number.is_some_and(|number| Fault::of_number(name, number * unit_si, range).is_some()) {
-                problems.add(file, line, name, format!("{text} is {fault}; expected {}", range.1));
+                log.add(file, line, name, format!("{text} is {fault}; expected {}", range.1));
             }
         }
         if self.separator != ',' {
-            marks.finish(file, problems);
+            marks.finish(file, log);
         }
     }
 
@@ -120,7 +118,7 @@ impl<'a> Table<'a> {
         message: impl Into<String>,
     ) {
         let line = row.into().map_or(self.header.line, |row| self.line(row));
-        self.problems.add(&self.path, line, column, message);
+        self.log.add(&self.path, line, column, message);
     }
 
     pub(crate) fn rows(&self) -> std::ops::Range<usize> {
@@ -194,47 +192,42 @@ impl<'a> Table<'a> {
 
     /// Notes which columns are kept as labels, except that of a name.
     pub(crate) fn note(&self, except: Option<&str>) -> Option<String> {
-        let labels = self.labels().filter(|label| Some(*label) != except);
-        let mut named: Vec<String> = labels.map(|label| format!("\"{label}\"")).collect();
-        named.sort_unstable();
-        let are = if named.len() == 1 { "column" } else { "columns" };
-        let (path, named) = (self.path.display(), named.join(", "));
+        let mut labels: Vec<&str> = self.labels().filter(|label| Some(*label) != except).collect();
+        labels.sort_unstable();
+        let are = if labels.len() == 1 { "column" } else { "columns" };
+        let (path, named) = (self.path.display(), quoted(&labels));
         let note = format!("{path}: {are} kept as labels, not read as measurements: {named}");
-        (!named.is_empty()).then_some(note)
+        (!labels.is_empty()).then_some(note)
     }
 
     /// Returns the statement of each row, or of dataset.toml, about the spin; `None`: wrong.
     pub(crate) fn spins(&self, columns: [&str; 3], assume: StatedSpin) -> Vec<Option<StatedSpin>> {
-        let (all, words) = (columns.join(", "), StatedSpin::WORDS.join(", "));
+        let all = columns.join(", ");
         let missing: Vec<&str> = columns.into_iter().filter(|column| !self.has(column)).collect();
         if (1..3).contains(&missing.len()) {
+            let message = format!("is missing from the column names; expected all three of {all}");
             for column in missing {
-                let message = format!("is missing from the column names; expected all three of {all}");
-                self.wrong(None, column, message);
+                self.wrong(None, column, message.as_str());
             }
             return vec![None; self.rows.len()];
         }
         let spin = |row: usize| {
-            let word = self.text("cue_spin", row);
-            let stated = word.map(|word| StatedSpin::named(&word.to_lowercase()));
+            let word = self.text("cue_spin", row).unwrap_or_default();
+            let stated = StatedSpin::named(&word.to_lowercase());
             let empty: Vec<&str> = columns.into_iter().filter(|column| self.is_gap(column, row)).collect();
-            let (column, message) = match (word.unwrap_or_default(), stated, empty.as_slice()) {
-                (word, Some(None), _) => {
-                    let near = did_you_mean(word, StatedSpin::WORDS);
+            let (column, message) = match (stated, empty.as_slice()) {
+                (None, _) if !word.is_empty() => {
+                    let (near, words) = (did_you_mean(word, StatedSpin::WORDS), StatedSpin::WORDS.join(", "));
                     ("cue_spin", format!("\"{word}\" is not a spin{near}; expected {words}"))
                 }
-                (_, None | Some(Some(StatedSpin::Measured)), []) => {
+                (None | Some(StatedSpin::Measured), []) => {
                     let [x, y, z] = columns.map(|column| self.at(column, row));
                     let ([x, y, z], sd) = ([x?, y?, z?].map(|one| one.value), [x?.sd, y?.sd, z?.sd]);
                     return Some(StatedSpin::Is(Spin::Measured { spin: Vec3::new(x, y, z), sd }));
                 }
-                (_, stated, [_, _, _]) => return Some(stated.flatten().unwrap_or(assume)),
-                (word, _, []) => {
-                    ("cue_spin", format!("\"{word}\", but {all} have values; expected only one"))
-                }
-                (_, _, [first, ..]) => {
-                    (*first, "is empty; expected all three components of the spin or none".to_owned())
-                }
+                (_, [_, _, _]) => return Some(stated.unwrap_or(assume)),
+                (_, []) => ("cue_spin", format!("\"{word}\", but {all} have values; expected only one")),
+                (_, [first, ..]) => (*first, "is empty; expected all three components or none".to_owned()),
             };
             self.wrong(row, column, message);
             None

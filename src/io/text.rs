@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::fs;
 use std::path::Path;
 
-use super::error::Problems;
+use super::error::Log;
 use crate::measurement::number::count_of;
 
 /// The mark between cells; `None` stands for any number of blanks and tabs.
@@ -43,12 +43,12 @@ pub(crate) fn decode(bytes: &[u8]) -> (Cow<'_, str>, Option<usize>) {
 }
 
 /// Returns a file as text without byte order mark; `None`, with a problem, if that fails.
-pub(crate) fn read_utf8(path: &Path, problems: &Problems) -> Option<String> {
-    let wrong = |error| problems.add(path, None, None, format!("cannot be read: {error}"));
+pub(crate) fn read_utf8(path: &Path, log: &Log) -> Option<String> {
+    let wrong = |error| log.add(path, None, None, format!("cannot be read: {error}"));
     match decode(&fs::read(path).map_err(wrong).ok()?) {
         (text, None) => Some(text.into_owned()),
         (_, line) => {
-            problems.add(path, line, None, "is not UTF-8 text; save the file as UTF-8");
+            log.add(path, line, None, "is not UTF-8 text; save the file as UTF-8");
             None
         }
     }
@@ -157,12 +157,12 @@ pub(crate) struct Place<'a> {
     pub(crate) line: usize,
     pub(crate) column: &'a str,
     pub(crate) text: &'a str,
-    pub(crate) problems: &'a Problems,
+    pub(crate) log: &'a Log,
 }
 
 impl Place<'_> {
     pub(crate) fn wrong(&self, message: impl Into<String>) {
-        self.problems.add(self.file, self.line, self.column, message);
+        self.log.add(self.file, self.line, self.column, message);
     }
 }
 
@@ -266,7 +266,7 @@ impl Mark {
     }
 
     /// Complains if 1,874 beside 998 may be 1.874 or 1874.
-    pub(crate) fn finish(&self, file: &Path, problems: &Problems) {
+    pub(crate) fn finish(&self, file: &Path, log: &Log) {
         if let (Some((line, column, cell)), Some((other, plain)), false) =
             (&self.grouped, &self.hundreds, self.is_decimal)
         {
@@ -275,7 +275,7 @@ impl Mark {
                 "\"{cell}\" beside \"{plain}\" (line {other}) may be thousands or have a decimal {mark}; expected numbers without a mark \
                  between thousands, and more digits where it is decimal"
             );
-            problems.add(file, *line, column.as_str(), message);
+            log.add(file, *line, column.as_str(), message);
         }
     }
 

@@ -13,7 +13,7 @@ use serde_json::Value as Json;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::error::{DatasetError, Problems, did_you_mean};
+use super::error::{DatasetError, Log, did_you_mean};
 use super::text::{read_utf8, shortened};
 use crate::measurement::fault::Fault;
 
@@ -50,18 +50,18 @@ pub(crate) fn schema<T: JsonSchema>() -> Schema {
 /// A TOML file that is read, and the list of its problems.
 pub(crate) struct Source<'a> {
     pub(crate) path: &'a Path,
-    pub(crate) problems: &'a Problems,
+    pub(crate) log: &'a Log,
     text: &'a str,
     table: Spanned<DeTable<'a>>,
 }
 
 impl<'a> Source<'a> {
     /// Returns a text with its tree; the errors of its syntax are problems.
-    pub(crate) fn new(path: &'a Path, text: &'a str, problems: &'a Problems) -> Self {
+    pub(crate) fn new(path: &'a Path, text: &'a str, log: &'a Log) -> Self {
         let (table, mut errors) = DeTable::parse_recoverable(text);
         // later ones may be consequences of the first
         errors.sort_by_key(|error| error.span().map(|span| span.start));
-        let source = Self { path, problems, text, table };
+        let source = Self { path, log, text, table };
         for error in errors {
             let span = error.span().unwrap_or_default();
             let (message, written) = (error.message(), source.shown(&span));
@@ -117,7 +117,7 @@ impl<'a> Source<'a> {
         let before = self.text.get(..span.start).unwrap_or(self.text);
         let line = before.matches('\n').count() + 1;
         let position = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
-        self.problems.add(self.path, line, position.to_string().as_str(), message);
+        self.log.add(self.path, line, position.to_string().as_str(), message);
     }
 
     /// Adds faulty values. Places in lists are left out of the messages.
@@ -276,25 +276,25 @@ pub(crate) fn checked<T: DeserializeOwned + JsonSchema, U>(
     what: impl Into<String>,
     check: impl FnOnce(T, &Source) -> U,
 ) -> Result<U, DatasetError> {
-    let problems = Problems::new(what);
-    let text = text.map(str::to_owned).or_else(|| read_utf8(path, &problems));
-    let Some(text) = &text else { return Err(problems.into_error()) };
+    let log = Log::default();
+    let text = text.map(str::to_owned).or_else(|| read_utf8(path, &log));
+    let Some(text) = &text else { return Err(log.into_error(what)) };
     // a byte order mark is not part of the first line
     let text = text.trim_start_matches('\u{feff}');
-    let source = Source::new(path, text, &problems);
-    if problems.is_empty() {
+    let source = Source::new(path, text, &log);
+    if log.is_empty() {
         source.compare_keys("", &(0..0), source.table.get_ref(), &schema::<T>().into());
     }
     match toml::from_str(text) {
         Ok(parsed) => {
             let checked = check(parsed, &source);
-            problems.into_result(checked)
+            log.into_result(checked, what)
         }
         Err(error) => {
-            if problems.is_empty() {
+            if log.is_empty() {
                 source.wrong_at(&error.span().unwrap_or_default(), error.message());
             }
-            Err(problems.into_error())
+            Err(log.into_error(what))
         }
     }
 }

@@ -28,7 +28,7 @@ use super::contact_frame::cloth_slip;
 /// Acceleration of gravity, m/s².
 pub const GRAVITY: f64 = 9.81;
 
-/// Slowest rebound with a flight of its own, m/s: a height of 0.2 µm.
+/// Slowest rebound with a flight of its own, m/s, of an idealised motion: a height of 0.2 µm.
 const MIN_REBOUND: f64 = 0.002;
 
 /// Number of stretches that paths have room for at first: few have more.
@@ -193,10 +193,13 @@ impl<T: Number> Forces<T> {
     /// Appends the path of a ball after an impact: flights, landings, sliding, rolling to the end.
     fn follow(&self, mut now: Moment<T>, until: f64, path: &mut Vec<Stretch<T>>) {
         let lever = self.lever();
+        // a flight lasts 2V_z/g, and is seen if that is longer than a landing
+        let half = self.smoothing.landing;
+        let least_rebound = MIN_REBOUND.max(half * self.gravity.re());
         // a landing begins before its instant
-        let is_over = |now: &Moment<T>| now.time.re() > until + self.smoothing.landing;
+        let is_over = |now: &Moment<T>| now.time.re() > until + half;
         let (mut flights, mut late) = (0, 0.0);
-        while now.velocity.z.re() > MIN_REBOUND && flights < MAX_FLIGHTS {
+        while now.velocity.z.re() > least_rebound && flights < MAX_FLIGHTS {
             if is_over(&now) {
                 return;
             }
@@ -215,8 +218,7 @@ impl<T: Number> Forces<T> {
             now.velocity -= flat(impulse);
             now.velocity.z = self.bounce * rise;
             now.slip -= impulse * T::from(lever);
-            let half = self.smoothing.landing;
-            late = if (lasts * self.bounce).re() > 2.0 * half { half } else { 0.0 };
+            late = if now.velocity.z.re() > least_rebound { half } else { 0.0 };
             if late > 0.0 {
                 path.push(flight.turning(&now, T::from(half)));
             }

@@ -6,7 +6,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::io::toml_file::Source;
-use crate::measurement::correction::Correction;
+use crate::measurement::correction::Correction::{
+    self, AsideX, AsideY, Aspect, Late, Lens, LensX, LensY, Nearness, ParallaxX, ParallaxY, PerspectiveX,
+    PerspectiveY, Push, Scale, Shear, ShutterX, ShutterY,
+};
 use crate::measurement::fault::Fault;
 use crate::measurement::observable::Measured;
 
@@ -85,24 +88,16 @@ impl<T> OneOrSeveral<T> {
 /// A key of the section: its corrections, their range, and the values expected beside `"auto"`.
 struct Key(&'static str, &'static [Correction], [f64; 2], &'static str);
 
-/// The faults of a tracker.
-const TRACKER: [Correction; 4] = [Correction::Late, Correction::Push, Correction::AsideX, Correction::AsideY];
-
+/// The keys; those without a range have words only.
 const KEYS: [Key; 8] = [
-    Key("scale", &[Correction::Scale], [0.1, 10.0], "a length of the film over the true one, from 0.1 to 10"),
-    Key("aspect", &[Correction::Aspect], [0.5, 2.0], "lengths along y over lengths along x, from 0.5 to 2"),
-    Key("shear", &[Correction::Shear], [-0.5, 0.5], "a number from -0.5 to 0.5"),
-    Key(
-        "perspective",
-        &[Correction::PerspectiveX, Correction::PerspectiveY],
-        [-2.0, 2.0],
-        "[x, y], each from -2 to 2 per metre",
-    ),
-    Key("lens", &[Correction::Lens], [-0.3, 0.3], "a part of lengths at 0.5 m, from -0.3 to 0.3"),
-    // words only
-    Key("shutter", &[Correction::ShutterX, Correction::ShutterY], [f64::NAN; 2], ""),
-    Key("parallax", &[Correction::ParallaxX, Correction::ParallaxY, Correction::Nearness], [f64::NAN; 2], ""),
-    Key("tracker", &TRACKER, [f64::NAN; 2], ""),
+    Key("scale", &[Scale], [0.1, 10.0], "a length of the film over the true one, from 0.1 to 10"),
+    Key("aspect", &[Aspect], [0.5, 2.0], "lengths along y over lengths along x, from 0.5 to 2"),
+    Key("shear", &[Shear], [-0.5, 0.5], "a number from -0.5 to 0.5"),
+    Key("perspective", &[PerspectiveX, PerspectiveY], [-2.0, 2.0], "[x, y], each from -2 to 2 per metre"),
+    Key("lens", &[Lens], [-0.3, 0.3], "a part of lengths at 0.5 m, from -0.3 to 0.3"),
+    Key("shutter", &[ShutterX, ShutterY], [f64::NAN; 2], ""),
+    Key("parallax", &[ParallaxX, ParallaxY, Nearness], [f64::NAN; 2], ""),
+    Key("tracker", &[Late, Push, AsideX, AsideY], [f64::NAN; 2], ""),
 ];
 
 fn exact(value: f64) -> Option<Measured> {
@@ -113,19 +108,21 @@ impl Stated {
     /// Returns the value of each correction of a key, `None` for those to be estimated; `None`
     /// unless they are as expected.
     fn values(&self, Key(_, corrections, [low, high], _): &Key) -> Option<Vec<Option<Measured>>> {
+        let count = corrections.len();
         let (means, sds) = match self {
-            Self::Word(Word::Auto) => return Some(vec![None; corrections.len()]),
+            Self::Word(Word::Auto) => return Some(vec![None; count]),
             Self::Word(Word::None) => {
-                return Some(corrections.iter().map(|which| exact(which.neutral())).collect());
+                return Some(corrections.iter().map(|it| exact(it.neutral())).collect());
             }
-            Self::Exact(values) => (values.each(), vec![None; corrections.len()]),
+            Self::Exact(values) => (values.each(), vec![None; count]),
             Self::Prior { mean, sd } => (mean.each(), sd.each().iter().copied().map(Some).collect()),
         };
-        let values = means.iter().zip(&sds).map(|(value, sd)| Some(Measured { value: *value, sd: *sd }));
-        let is_good = [means.len(), sds.len()] == [corrections.len(); 2]
-            && means.iter().all(|mean| (low..=high).contains(&mean))
-            && sds.iter().flatten().all(|sd| *sd > 0.0 && sd.is_finite());
-        is_good.then(|| values.collect())
+        let value = |(mean, sd): (&f64, &Option<f64>)| {
+            let is_good = (low..=high).contains(&mean) && sd.is_none_or(|sd| sd > 0.0 && sd.is_finite());
+            is_good.then_some(Some(Measured { value: *mean, sd: *sd }))
+        };
+        let values = means.iter().zip(&sds).map(value).collect::<Option<Vec<_>>>()?;
+        ([means.len(), sds.len()] == [count; 2]).then_some(values)
     }
 }
 
@@ -140,15 +137,14 @@ impl Camera {
 
 impl CameraSection {
     fn statements(&self) -> impl Iterator<Item = (&'static Key, Stated)> {
-        let [scale, aspect, shear] = [&self.scale, &self.aspect, &self.shear].map(Clone::clone);
         let shutter = self.shutter.and_then(|shutter| match shutter {
-            NumberOr::Word(word) => Some(Stated::Word(word)),
+            NumberOr::Word(word) => Some(word),
             NumberOr::Number(_) => None,
         });
-        let [parallax, tracker] = [self.parallax, self.tracker].map(|word| word.map(Stated::Word));
-        let (perspective, lens) = (self.perspective.clone(), self.lens.clone());
-        let all = [scale, aspect, shear, perspective, lens, shutter, parallax, tracker];
-        KEYS.iter().zip(all).filter_map(|(key, stated)| Some((key, stated?)))
+        let values =
+            [&self.scale, &self.aspect, &self.shear, &self.perspective, &self.lens].map(Clone::clone);
+        let words = [shutter, self.parallax, self.tracker].map(|word| word.map(Stated::Word));
+        KEYS.iter().zip(values.into_iter().chain(words)).filter_map(|(key, stated)| Some((key, stated?)))
     }
 
     pub(super) fn check(&self, source: &Source) {
@@ -176,7 +172,7 @@ impl CameraSection {
             Some(Stated::Word(Word::Auto)) => None,
             Some(_) => exact(0.0),
         };
-        (values[Correction::LensX as usize], values[Correction::LensY as usize]) = (axis, axis);
+        (values[LensX as usize], values[LensY as usize]) = (axis, axis);
         values
     }
 }
@@ -232,19 +228,16 @@ impl Calibration {
 /// normalised points), and a note on its residuals. `is_up`: the direction of the pixels' y axis.
 pub(super) fn homography(points: &[Point], is_up: Option<bool>) -> Result<(Matrix3<f64>, String), String> {
     let count = points.len();
-    let map = least_squares(points).ok_or(
-        "the [[scale.point]] lie on one line, or all but one do; expected four of which no three are on a line",
-    )?;
+    let map = least_squares(points)
+        .ok_or("the [[scale.point]] lie nearly on a line; expected four of which no three are on a line")?;
     if !points.iter().all(|point| (map * Point2::from(point.px).to_homogeneous()).z > 0.0) {
-        let message = "the [[scale.point]] cannot be pictures of points in one plane in front of a camera; expected each px with its own m";
+        let message = "the [[scale.point]] are no picture of one plane in front of a camera; expected each px with its own m";
         return Err(message.to_string());
     }
-    if let Some(is_up) = is_up.filter(|is_up| (map.determinant() > 0.0) != *is_up) {
-        let direction = if is_up { "up" } else { "down" };
-        return Err(format!(
-            "the [[scale.point]] are a mirror image: with y_axis = \"{direction}\" in the picture, m must have x \
-             to the right and y up as seen from above; expected m turned so, or the other y_axis"
-        ));
+    if is_up.is_some_and(|is_up| (map.determinant() > 0.0) != is_up) {
+        let message = "the [[scale.point]] are a mirror image; expected m with x to the right and y up as seen from above, or the \
+                       other y_axis";
+        return Err(message.to_string());
     }
     let square =
         |point: &Point| (map.transform_point(&point.px.into()) - Point2::from(point.m)).norm_squared();
@@ -259,8 +252,8 @@ fn least_squares(points: &[Point]) -> Option<Matrix3<f64>> {
     let (from, to) = (normaliser(&pixels)?, normaliser(&metres)?);
     let mut rows = DMatrix::zeros((2 * points.len()).max(9), 9);
     for (i, point) in points.iter().enumerate() {
-        let (p, q) =
-            (from * Point2::from(point.px).to_homogeneous(), to * Point2::from(point.m).to_homogeneous());
+        let p = from * Point2::from(point.px).to_homogeneous();
+        let q = to * Point2::from(point.m).to_homogeneous();
         for k in 0..3 {
             rows[(2 * i, k)] = p[k];
             rows[(2 * i, 6 + k)] = -q.x * p[k];

@@ -4,14 +4,17 @@ use rayon::prelude::*;
 
 use super::camera::Calibration;
 use super::names::{assign, find, find_discs};
-use super::raw::{Job, Notes, RawShot, RawTrack, Row, Subject, jump_speed, sorted, stem};
-use super::repair::{self, Wrong, remove_lost};
+use super::raw::{Job, RawShot, RawTrack, Row, jump_speed, sorted, stem};
+use super::repair::{self, remove_lost};
 use super::settings::TrackSettings;
 use super::words::Unit;
 use super::{Facts, MIN_SHOTS_PER_CORE, time};
 use crate::film::rigid_body::circle_centres;
+use crate::io::error::{Log, Subject, listed};
+use crate::io::manifest::StatedSpin;
 use crate::io::text::shortened;
 use crate::measurement::dataset::Tracks;
+use crate::measurement::number::count_of;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::numerics::{EXACT, median};
 
@@ -27,21 +30,19 @@ const CLEAR_RATIO: f64 = 2.0;
 /// numbers, without the file's name.
 pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawShot> {
     let repairs = shots.par_iter_mut().with_min_len(MIN_SHOTS_PER_CORE).map(remove_lost);
-    for notes in repairs.collect::<Vec<Notes>>() {
-        job.notes.append(notes);
+    for log in repairs.collect::<Vec<Log>>() {
+        job.log.append(log);
     }
     // names of shots in the table are believed
     if let [shot] = shots.as_slice() {
         let fps = job.settings.fps().filter(|_| !job.settings.video.has_unknown_rate());
-        let clips: Vec<RawShot> = clips_of(shot, fps, alone);
+        let clips = clips_of(shot, fps, alone);
         let is_seen = |track: &&RawTrack| track.seen().count() >= MIN_FRAMES;
         let are_clips = clips.iter().all(|clip| clip.tracks.iter().filter(is_seen).count() > 1);
         if clips.len() > 1 && are_clips {
-            let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
-            let (count, names) = (clips.len(), names.join(", "));
-            let message = format!(
-                "holds {count} clips, separated by jumps of the time or of both balls: taken as the shots {names}; expected a column shot if that is wrong"
-            );
+            let names = listed(&clips.iter().map(|clip| clip.name.as_str()).collect::<Vec<_>>());
+            let taken = format!("taken as the shots {names}; expected a column shot if that is wrong");
+            let message = format!("holds clips, separated by jumps of the time or of both balls: {taken}");
             job.note(Subject::Names, None, message);
             shots = clips;
         }
@@ -105,8 +106,8 @@ pub(super) fn follow(shots: &mut [RawShot], job: Job) {
             }
         }
         if let Some(first) = others.first() {
-            let are = if others.len() == 1 { "row" } else { "rows" };
-            let message = format!("{} {are} of other objects than the two balls: left out", others.len());
+            let rows = count_of(others.len(), "row");
+            let message = format!("{rows} of other objects than the two balls: left out");
             job.note(Subject::Gaps, *first, message);
         }
         shot.tracks = tracks;
@@ -151,7 +152,7 @@ fn join(shot: &mut RawShot, job: Job) {
     }
     let mut order: Vec<usize> = (0..shot.tracks.len()).collect();
     order.sort_by(|a, b| shot.tracks[*a].rows[0].time.total_cmp(&shot.tracks[*b].rows[0].time));
-    let find = |name: &str| find(&shot.tracks, name).ok().flatten();
+    let find = |name: &str| Some(find(&shot.tracks, name)).filter(|found| found.len() == 1)?.pop();
     let count = |time: f64| shot.tracks.iter().filter(|track| track.at(time).is_some()).count();
     let heads = match job.settings.single_names().map(|names| names.map(find)) {
         Some([Some(cue), Some(object)]) => [cue, object],
@@ -162,11 +163,9 @@ fn join(shot: &mut RawShot, job: Job) {
         let Some(head) = continued(&shot.tracks, heads, &shot.tracks[piece]) else { continue };
         let piece = std::mem::take(&mut shot.tracks[piece]);
         let track = &mut shot.tracks[head];
-        let last = track.rows.last().map_or(1, |row| row.line);
-        let message = format!(
-            "\"{}\" begins where \"{}\" ends, in line {last}: taken as the same ball",
-            piece.name, track.name
-        );
+        let (last, [name, own]) = (track.rows.last().map_or(1, |row| row.line), [&track.name, &piece.name]);
+        let message =
+            format!("\"{own}\" begins where \"{name}\" ends, in line {last}: taken as the same ball");
         job.note(Subject::Names, piece.line(), message);
         track.rows.extend(piece.rows);
         track.sort();
@@ -199,34 +198,29 @@ const MIN_GAPS: usize = 8;
 /// Largest ratio of the smallest step between coordinates to the grid: fast balls skip steps.
 const MAX_SKIPPED: usize = 12;
 
-/// Returns the shot of a file's rows. `Err`: all missing statements, or else the first fault.
-pub(super) fn shot(mut raw: RawShot, mut facts: Facts, job: Job) -> Result<TrackShot, Vec<Wrong>> {
-    let settings = job.settings;
+/// Returns the shot of a file's rows; `None`, with problems or damage, if that fails.
+pub(super) fn shot(mut raw: RawShot, facts: &Facts, job: Job) -> Option<TrackShot> {
+    /// Measurements of spin.
+    const MEASURED: &str = "omega_x, omega_y and omega_z of the table that [tracks] shots names, or markers on the cue ball ([tracks] cue_markers)";
+    let (settings, mut facts) = (job.settings, facts.clone());
+    if facts.stated == StatedSpin::Unstated {
+        job.wrong(raw.line, None, facts.stated.complaint(MEASURED));
+    }
     let names_balls = facts.names_balls || settings.tracks.cue.is_some() || settings.tracks.object.is_some();
     if settings.film.discs.is_some() && !names_balls {
-        find_discs(&raw, &mut facts, job).map_err(|wrong| vec![wrong])?;
+        find_discs(&raw, &mut facts, job)?;
     }
-    if let Err(mut wrong) = assign(&mut raw, &facts.names, job) {
-        // wrong names in the table of shots are its fault, not the shot's
-        for wrong in &mut wrong {
-            wrong.is_damage &= !facts.names_balls;
+    let are_assigned = assign(&mut raw, &facts, job);
+    if are_assigned {
+        for other in raw.tracks.extract_if(.., |track| track.role.is_none()) {
+            let name = shortened(&other.name);
+            let message = format!("the track \"{name}\" is not cue or object; passed over");
+            job.note(Subject::Names, other.line(), message);
         }
-        let time = time::convert(&mut raw, facts.capture_fps, job);
-        wrong.extend(time.err().map(|message| Wrong { line: raw.line, message, is_damage: false }));
-        return Err(wrong);
+        raw.tracks.sort_by_key(|track| track.role);
     }
-    for other in raw.tracks.extract_if(.., |track| track.role.is_none()) {
-        let message = format!("the track \"{}\" is not cue or object; passed over", shortened(&other.name));
-        job.note(Subject::Names, other.line(), message);
-    }
-    raw.tracks.sort_by_key(|track| track.role);
-    of_balls(raw, facts, job).map_err(|wrong| vec![wrong])
-}
-
-fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong> {
-    let calibration = &job.settings.calibration(raw.stated.unit);
     let fps = time::convert(&mut raw, facts.capture_fps, job);
-    let fps = fps.map_err(|message| Wrong { line: raw.line, message, is_damage: false })?;
+    let fps = fps.map_err(|message| job.wrong(raw.line, None, message)).ok().filter(|_| are_assigned)?;
     repair::unite_frames(&mut raw, job)?;
     let mut centres = [0, 1].map(|ball| centre(&mut raw.tracks, ball));
     let of =
@@ -237,8 +231,10 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
     if let Some(line) = swapped.filter(|_| !raw.tracks.is_empty()) {
         let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
                        not certain which of both did; expected them set right, or the shot skipped";
-        return Err(Wrong { line, message: message.to_string(), is_damage: true });
+        job.note(Subject::Damage, line, message);
+        return None;
     }
+    let calibration = &settings.calibration(raw.stated.unit);
     let resolution = resolution(&centres, calibration, job);
     let mut paths = centres.each_ref().map(|centre| samples(centre, centre, calibration));
     let mut markers: Vec<Marker> = Vec::new();
@@ -248,12 +244,15 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
             let name = track.point.as_ref().unwrap_or(&track.name).clone();
             markers.push(Marker { ball, name, samples: samples(track, &centres[i], calibration) });
         }
-        if job.settings.film.discs.is_some() && of(i).next().is_some() {
-            let points: Vec<&[Sample]> =
-                markers[first..].iter().map(|marker| marker.samples.as_slice()).collect();
-            let damaged = |message| Wrong { line: raw.line, message, is_damage: true };
-            paths[i] = circle_centres(&points).map_err(damaged)?;
+        if settings.film.discs.is_some() && of(i).next().is_some() {
+            let points = markers[first..].iter().map(|marker| marker.samples.as_slice());
+            let points: Vec<&[Sample]> = points.collect();
+            let damaged = |message| job.note(Subject::Damage, raw.line, message);
+            paths[i] = circle_centres(&points).map_err(damaged).ok()?;
         }
+    }
+    if facts.stated == StatedSpin::Measured && settings.film.discs.is_none() && markers.is_empty() {
+        job.wrong(raw.line, None, facts.stated.complaint(MEASURED));
     }
     let spin = facts.spin();
     let mut shot = TrackShot {
@@ -261,16 +260,16 @@ fn of_balls(mut raw: RawShot, facts: Facts, job: Job) -> Result<TrackShot, Wrong
         line: raw.line,
         labels: facts.labels,
         markers,
-        position_sd: job.settings.tracks.position_sd_m,
+        position_sd: settings.tracks.position_sd_m,
         resolution,
         ..TrackShot::new(raw.name, fps, spin, paths)
     };
     let is_finite = |s: &mut Sample| [s.t, s.x, s.y].iter().all(|number| number.is_finite());
-    if shot.samples_mut().all(is_finite) {
-        return Ok(shot);
+    if !shot.samples_mut().all(is_finite) {
+        job.wrong(shot.line, None, "a position or time is too large to be converted");
+        return None;
     }
-    let message = "a position or time is too large to be converted".to_string();
-    Err(Wrong { line: shot.line, message, is_damage: false })
+    Some(shot)
 }
 
 /// Removes and returns the centre of a ball, or returns the mean of several points, which remain.
@@ -312,8 +311,7 @@ fn resolution(centres: &[RawTrack; 2], calibration: &Calibration, job: Job) -> [
     };
     if coarsest > limit {
         let least = rounded / 12.0_f64.sqrt();
-        let message =
-            format!("positions are rounded to {rounded:.2} {unit}: each errs by {least:.2} {unit} at least");
+        let message = format!("positions are rounded to {rounded:.2} {unit}: each errs by {least:.2} {unit}");
         job.note(Subject::Format, None, message);
     }
     steps

@@ -1,10 +1,11 @@
 //! Formats of tables that are recognised by their content.
 
 use super::heading::{Heading, MAX_TRACKS, Rows};
-use super::raw::{Job, Stated, Subject, listed, stem};
+use super::raw::{Job, Stated, stem};
 use super::reader::{Body, Layout};
 use super::settings::Format;
 use super::words::{BALLS, Kind, SHOTS, Unit, find, pairs};
+use crate::io::error::{Subject, listed};
 use crate::io::table::near_miss;
 use crate::io::text::{Separator, filled_lines, lines, parse, trimmed, value};
 
@@ -18,6 +19,8 @@ pub(super) const FORMATS: [(Format, Detect); 4] = [
     (Format::Tracker, tracker),
 ];
 
+/// Beginning of exports of Motive (OptiTrack), whose height is y.
+pub(super) const MOTIVE: &str = "Format Version";
 /// The columns of the canonical table, a row per ball and frame.
 const LONG: [&str; 10] = ["shot", "frame", "t", "ball", "x", "y", "z", "point", "x_sd", "y_sd"];
 
@@ -50,8 +53,13 @@ fn long(headings: &[Heading], job: Job) -> Option<Layout> {
 
 /// Finds exports of Tracker: of one track, or of several beside or below each other.
 fn tracker(headings: &[Heading], job: Job) -> Option<Layout> {
-    let heading = headings.iter().find(|heading| !heading.is_comment && is_tracker(heading))?.clone();
+    let is_of_tracks =
+        |heading: &&Heading| !heading.is_comment && is_tracker(heading) && !job.text.starts_with(MOTIVE);
+    let heading = headings.iter().find(is_of_tracks)?.clone();
     let time = heading.clock([heading.at("frame"), heading.at("t").or(heading.at("time")), None], job)?;
+    let is_position = |pair: &[usize; 2]| pair.map(|column| heading.own[column].as_str()) == ["x", "y"];
+    let positions = pairs(&heading.small()).into_iter().map(|(pair, _)| pair).filter(is_position);
+    let positions: Vec<[usize; 2]> = positions.collect();
     // each track was copied below the last
     let header = lines(job.text).nth(heading.line - 1).map_or("", |(_, line)| line.trim_end());
     let heads = lines(job.text).filter(|(_, line)| line.trim_end() == header);
@@ -59,7 +67,7 @@ fn tracker(headings: &[Heading], job: Job) -> Option<Layout> {
     let are_below = heads.len() > 1;
     // several balls below each other
     let are_several = || Rows::of(job.text, &heading).are_shared(time.0, None, MAX_TRACKS);
-    if !are_below && heading.own.iter().filter(|name| *name == "x").count() == 1 && are_several() {
+    if !are_below && positions.len() == 1 && are_several() {
         return None;
     }
     let is_number = |cell: &str| !cell.is_empty() && value(cell).is_some();
@@ -68,15 +76,19 @@ fn tracker(headings: &[Heading], job: Job) -> Option<Layout> {
     for (i, header) in heads.into_iter().enumerate() {
         let title = filled_lines(job.text).take_while(|(line, _)| *line < header).last();
         let (begin, title) = title.filter(|(_, line)| i == 0 || !is_row(line)).unwrap_or((header, ""));
-        let tracks = if are_below {
-            let name = title.trim_matches(|c: char| c.is_whitespace() || "#,;\"".contains(c));
-            vec![if name.is_empty() { (i + 1).to_string() } else { name.to_string() }]
-        } else {
-            trimmed(title, heading.separator).unwrap_or_default()
-        };
+        let title = title.trim_matches(|c: char| c.is_whitespace() || "#,;|\"".contains(c));
         let above = heading.above + header - heading.line;
-        let tracked = tracked(&heading.own, &tracks, header, job)?;
-        bodies.extend(tracked.into_iter().map(|body| Body { begin, above, ..body }));
+        bodies.extend(positions.iter().map(|xy| {
+            // of several beside each other, those above have been put before the x
+            let beside = heading.bare[xy[0]].trim_end_matches(['x', 'X']).trim_end();
+            let name = match [beside, title] {
+                ["", ""] if are_below => (i + 1).to_string(),
+                ["", ""] => stem(job.file).into_owned(),
+                ["", title] => title.to_owned(),
+                [beside, _] => beside.to_owned(),
+            };
+            Body { begin, above, ..Body::new(name, *xy) }
+        }));
     }
     Some(Layout::new(Format::Tracker, heading, bodies, Some(time), job))
 }
@@ -92,27 +104,6 @@ fn is_tracker(heading: &Heading) -> bool {
     has_columns && !is_long && (!are_two || positions() == 1)
 }
 
-/// Finds the columns of tracks by their names (default: that of the file) above the first one.
-fn tracked(names: &[String], tracks: &[String], header: usize, job: Job) -> Option<Vec<Body>> {
-    // each track has its columns side by side, in any order
-    let begin = |column: usize| (0..tracks.len().min(column + 1)).rev().find(|i| !tracks[*i].is_empty());
-    let mut bodies: Vec<Body> = Vec::new();
-    for x in (0..names.len()).filter(|i| names[*i] == "x") {
-        let name = begin(x).map_or(stem(job.file), |i| tracks[i].as_str().into());
-        let [xs, ys] = ["x", "y"].map(|axis| {
-            let is_beside = |i: &usize| names[*i] == axis && begin(*i) == begin(x);
-            (0..names.len()).filter(is_beside).collect::<Vec<_>>()
-        });
-        let ([_], [y]) = (&xs[..], &ys[..]) else {
-            let message = format!("track \"{name}\" has not one column x and one column y below its name");
-            job.wrong(header, None, message);
-            return None;
-        };
-        bodies.push(Body::new(name, [x, *y]));
-    }
-    Some(bodies)
-}
-
 /// Finds exports of Kinovea: a section per object, or CSV with `Time`, `name/0/X`, `name/0/Y`, ….
 fn kinovea(headings: &[Heading], job: Job) -> Option<Layout> {
     let (line, first) = filled_lines(job.text).next()?;
@@ -124,18 +115,16 @@ fn kinovea(headings: &[Heading], job: Job) -> Option<Layout> {
         heading.line == line && is_time && heading.names.iter().any(|name| name.ends_with("/X"))
     };
     let heading = headings.iter().find(is_csv)?.clone();
-    let stems: Vec<&str> = heading.names.iter().filter_map(|name| name.strip_suffix("/X")).collect();
-    let body = |stem: &&str| {
+    let body = |([x, y], _): ([usize; 2], Kind)| {
+        let stem = heading.bare[x].strip_suffix("/X")?;
         // an object of one point is called by the object's name
-        let object = stem.rsplit_once('/').map_or(*stem, |(object, _)| object);
-        let points = stems.iter().filter(|other| other.starts_with(&format!("{object}/"))).count();
-        let [x, y] = ["X", "Y"].map(|axis| heading.position(&format!("{stem}/{axis}")));
-        if y.is_none() {
-            job.wrong(heading.line, None, format!("a column {stem}/Y is missing; expected both"));
-        }
-        Some(Body::new(if points > 1 { *stem } else { object }, [x?, y?]))
+        let object = stem.rsplit_once('/').map_or(stem, |(object, _)| object);
+        let is_of_object = |name: &&String| name.ends_with("/X") && name.starts_with(&format!("{object}/"));
+        let points = heading.bare.iter().filter(is_of_object).count();
+        Some(Body::new(if points > 1 { stem } else { object }, [x, y]))
     };
-    let (bodies, has_unit) = (stems.iter().map(body).collect::<Option<_>>()?, heading.units[0].is_some());
+    let bodies = pairs(&heading.small()).into_iter().filter_map(body).collect();
+    let has_unit = heading.units[0].is_some();
     let layout = Layout::new(Format::Kinovea, heading, bodies, Some((0, false)), job);
     let time = layout.stated.time.filter(|_| has_unit);
     Some(Layout { stated: Stated { time, unit: None, ..layout.stated }, ..layout })

@@ -167,15 +167,10 @@ impl Heading {
         let Some(row) = first_apart(&frames, &times, resolution(&times), rate * second) else { return };
         let [frame, time] = columns.map(|column| self.names[column].as_str());
         let (number, lasts) = (frames[row] - frames[0], times[row] - times[0]);
-        let (unit, own) = (unit.name(), number / (lasts * second));
-        let slow = format!(
-            ". If the times are those of slow playback, write [video] playback_fps = {}",
-            plain(own, 4)
-        );
-        let hint = if own > 0.0 && own.is_finite() { slow.as_str() } else { "" };
+        let (unit, own) = (unit.name(), plain(number / (lasts * second), 4));
         let message = format!(
             "{frame} and {time} contradict each other at {rate} fps: this row is {number} frames, but {lasts} {unit} after the first \
-             one; expected columns that agree, or another frame rate{hint}"
+             one; expected columns that agree, another frame rate or, if the times are those of slow playback, [video] playback_fps = {own}"
         );
         job.wrong(self.lines_below(job.text).nth(row).map(|(line, _)| line), time, message);
     }
@@ -183,15 +178,14 @@ impl Heading {
     /// Returns the units in a further line of the header, of units or names; `None` for a row.
     fn further(&self, row: &str) -> Option<Vec<Option<Unit>>> {
         let cells = trimmed(row, self.separator).filter(|cells| cells.len() <= self.names.len() + 1)?;
-        let is_empty = |cell: &str| cell.is_empty() || cell == "-";
         let bare = cells.iter().map(|cell| cell.trim_matches(['[', ']', '(', ')']).trim());
         let units: Vec<Option<Unit>> = bare.clone().map(Unit::of).collect();
-        if bare.zip(&units).all(|(cell, unit)| unit.is_some() || is_empty(cell)) {
+        if bare.zip(&units).all(|(cell, unit)| unit.is_some() || ["", "-"].contains(&cell)) {
             return units.iter().any(Option::is_some).then_some(units);
         }
-        let is_word = |cell: &&String| parse(cell).is_err() && !cell.contains(':');
-        let are_names = cells.iter().all(|cell| cell.is_empty() || is_word(&cell));
-        (are_names && cells.iter().filter(is_word).count() >= MIN_NAMES).then_some(units)
+        let (words, others): (Vec<&String>, Vec<&String>) =
+            cells.iter().partition(|cell| parse(cell).is_err() && !cell.contains(':'));
+        (words.len() >= MIN_NAMES && others.iter().all(|cell| cell.is_empty())).then_some(units)
     }
 }
 
@@ -223,7 +217,9 @@ fn split(name: &str) -> (&str, Option<Unit>) {
 /// Returns names that repeat with the words above them, which may stand above several columns: `x`
 /// below `cue` is `cue x`. An empty name is replaced by the word above it (`Frame#` of TRC files).
 fn told_apart(mut names: Vec<String>, titles: &[(usize, &str)], separator: Separator) -> Vec<String> {
-    for (_, title) in titles.iter().rev().take(MAX_FURTHER_LINES) {
+    // Tracker begins with #multi:
+    let titles = titles.iter().rev().filter(|(_, title)| !title.trim_start().starts_with("#multi"));
+    for (_, title) in titles.take(MAX_FURTHER_LINES) {
         let Some(title) = trimmed(title, separator) else { break };
         let (repeated, is_as_wide) = (repeated(&names), names.len().abs_diff(title.len()) <= 1);
         let mut last = "";

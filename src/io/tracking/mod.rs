@@ -16,54 +16,51 @@ mod time;
 mod words;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
-use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::{Path, PathBuf};
+use std::hash::{BuildHasher, RandomState};
+use std::path::PathBuf;
 
 use indexmap::IndexMap;
-use raw::{Job, Notes, RawShot, Stated, Subject, listed};
+use raw::{Job, RawShot, Stated};
 use rayon::prelude::*;
-use repair::Wrong;
 use settings::{Format, NAMED, Names, TrackSettings};
 use words::Unit;
 
 use super::check_unique;
-use super::error::{Problems, did_you_mean};
+use super::error::{Log, Subject, did_you_mean};
 use super::manifest::{Manifest, StatedSpin};
 use super::table::{OMEGA, Table};
 use super::toml_file::Source;
 use crate::measurement::dataset::Tracks;
 use crate::measurement::fault::{Condition, FINITE};
 use crate::measurement::spin::Spin;
-use crate::measurement::track::TrackShot;
 
 pub(crate) use survey::Survey;
 
 /// Least number of shots that a core gets at a time.
 const MIN_SHOTS_PER_CORE: usize = 64;
 
-/// Loads every file of the manifest; adds to the problems.
+/// Loads every file of the manifest; adds to the log of the source.
 pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Source) -> Tracks {
-    let (path, problems) = (source.path, source.problems);
-    let table = ShotsTable::read(settings, manifest, problems);
+    let log = source.log;
+    let table = ShotsTable::read(settings, manifest, log);
     if let Some(by) = manifest.dataset.by.as_ref().filter(|by| !table.others.labels.contains_key(*by)) {
         let message =
             format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
         source.wrong("fit.by", message);
     }
-    let notes = Notes::default();
     let is_shots = |file: &PathBuf| settings.shots.as_ref() == Some(file);
     let files: Vec<&PathBuf> = manifest.files.iter().filter(|file| !is_shots(file)).collect();
     let (mut shots, mut is_motion_capture) = (Vec::new(), true);
     for file in &files {
-        let before = problems.len();
-        let job = Job { file, text: "", settings, notes: &notes, problems };
+        let before = log.len();
+        let job = Job { file, text: "", settings, log };
         let Some(read) = read::file(job, files.len() == 1) else { continue };
         if let Some(first) = read.first() {
             is_motion_capture &= first.stated.format == Format::Qualisys;
             check_unit(first.stated, job);
         }
         // consequences of unreadable rows are not reported
-        if problems.len() > before {
+        if log.len() > before {
             continue;
         }
         if read.iter().flat_map(|shot| &shot.tracks).all(|track| track.rows.is_empty()) {
@@ -71,15 +68,16 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
         }
         shots.extend(read);
     }
-    let are_whole = problems.is_empty();
-    names::pair(&mut shots, settings, &notes);
-    table.name_by_file(&mut shots);
-    names::name_by_folder(&mut shots, &notes);
+    let are_whole = log.is_empty();
+    let job = Job { file: source.path, text: "", settings, log };
+    names::pair(&mut shots, job);
+    table.name_by_file(&mut shots, log);
+    names::name_by_folder(&mut shots, job);
     let names = shots.iter().map(|shot| (shot.name.as_str(), shot.file.as_path(), shot.line));
     let remedy = ": another name of the file, or a table under [tracks] shots with the columns shot and file";
-    check_unique(names.clone(), remedy, problems);
+    check_unique(names.clone(), remedy, log);
     if are_whole {
-        table.check_names(&names.map(|(name, ..)| name).collect());
+        table.check_names(&names.map(|(name, ..)| name).collect(), log);
     }
     let mut tracks = settings.film.clone();
     shots.retain(|shot| {
@@ -87,13 +85,8 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
         tracks.left_out.extend(skip.iter().map(|reason| (shot.name.clone(), format!("skipped: {reason}"))));
         skip.is_none()
     });
-    let names = shots.iter().map(|shot| shot.name.as_str());
-    table.check_spins(names, StatedSpin::Unstated, path);
-    finish_all(shots, &table, &notes, &mut tracks);
-    let unmeasured =
-        tracks.shots.iter().filter(|shot| settings.film.discs.is_none() && shot.markers.is_empty());
-    table.check_spins(unmeasured.map(|shot| shot.name.as_str()), StatedSpin::Measured, path);
-    tracks.notes.extend(notes.into_lines().into_iter().chain(table.note));
+    finish_all(shots, &table, job, &mut tracks);
+    tracks.notes.extend(log.notes().into_iter().chain(table.note));
     tracks.camera = settings.camera.values(is_motion_capture);
     tracks.fps = tracks.shots.first().map(|shot| shot.fps);
     tracks
@@ -101,20 +94,14 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
 
 /// Notes the unit of lengths that a file states or lacks; complains if it contradicts dataset.toml.
 fn check_unit(stated: Stated, job: Job) {
-    let unit = stated.unit.map_or("", Unit::name);
     match (job.settings.scale.length_unit, stated.unit) {
-        (None, Some(Unit::Px)) => {
-            job.wrong(None, None, "its positions are in pixels; expected [scale] length_unit = \"px\"");
-        }
-        (None, Some(_)) => {
-            job.note(Subject::Format, None, format!("lengths are in {unit}, as the file says"));
-        }
-        (Some(given), Some(own)) if given != own => {
-            let given = given.name();
-            let message = format!(
-                "its positions are in {unit}, but [scale] length_unit is \"{given}\"; expected [scale] length_unit = \"{unit}\" or none"
-            );
+        (given, Some(own)) if given.map_or(own == Unit::Px, |given| given != own) => {
+            let unit = own.name();
+            let message = format!("its positions are in {unit}; expected [scale] length_unit = \"{unit}\"");
             job.wrong(None, None, message);
+        }
+        (None, Some(own)) => {
+            job.note(Subject::Format, None, format!("lengths are in {}, as the file says", own.name()));
         }
         (None, None) if stated.format != Format::Long => {
             let message = "lengths are taken as metres ([scale] length_unit is not given)";
@@ -126,50 +113,36 @@ fn check_unit(stated: Stated, job: Job) {
 
 /// Adds the finished shots, on all cores, in order. Damaged ones are left out with a reason; a
 /// fault of the file or of dataset.toml is a problem of the data set, as is that no shot remains.
-fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, notes: &Notes, tracks: &mut Tracks) {
-    let settings = table.settings;
-    let work: Vec<_> = shots.into_iter().map(|raw| (table.facts(&raw.name).clone(), raw)).collect();
-    let finish = |(facts, raw): (Facts, RawShot)| {
-        let (name, file, notes) = (raw.name.clone(), raw.file.clone(), Notes::default());
-        let job = Job { file: &file, text: "", settings, notes: &notes, problems: &Problems::new("") };
-        let shot = finish::shot(raw, facts, job);
-        (name, file, shot, notes)
+fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, Job { settings, log, .. }: Job, tracks: &mut Tracks) {
+    let finish = |raw: RawShot| {
+        let (name, file, log) = (raw.name.clone(), raw.file.clone(), Log::default());
+        let shot = finish::shot(raw, table.facts(&name), Job { file: &file, text: "", settings, log: &log });
+        (name, shot, log)
     };
-    let done: Vec<_> = work.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).map(finish).collect();
-    let mut faults = Vec::new();
+    let done: Vec<_> = shots.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).map(finish).collect();
+    let (mut damaged, hasher) = (Vec::new(), RandomState::new());
     let mut firsts: HashMap<u64, String> = HashMap::new();
-    for (name, file, shot, own_notes) in done {
-        notes.append(own_notes);
-        match shot {
-            Ok(shot) => {
-                let first = firsts.entry(hash_places(&shot)).or_insert_with(|| name.clone());
-                if *first != name {
-                    let message = format!(
-                        "all positions are those of shot {first}; expected each clip once: a copy makes errors too small"
-                    );
-                    notes.add(&file, Subject::Repeated, Some(shot.line), message);
-                }
-                tracks.shots.push(shot);
-            }
-            Err(wrong) => faults.extend(wrong.into_iter().map(|wrong| (name.clone(), file.clone(), wrong))),
+    for (name, shot, own_log) in done {
+        damaged.extend(log.append(own_log).into_iter().map(|damage| (name.clone(), damage)));
+        let Some(shot) = shot else { continue };
+        let samples = shot.cue.iter().chain(&shot.object);
+        let places: Vec<[u64; 2]> = samples.map(|sample| [sample.x, sample.y].map(f64::to_bits)).collect();
+        let first = firsts.entry(hasher.hash_one(places)).or_insert_with(|| name.clone());
+        if *first != name {
+            let message = format!(
+                "all positions are those of shot {first}; expected each clip once: a copy makes errors too small"
+            );
+            log.note(Subject::Repeated, &shot.file, shot.line, message);
         }
+        tracks.shots.push(shot);
     }
-    for (name, file, Wrong { line, message, is_damage }) in faults {
-        if is_damage && !tracks.shots.is_empty() {
-            tracks.left_out.push((name, format!("{}:{line}: {message}", file.display())));
+    for (name, damage) in damaged {
+        if tracks.shots.is_empty() {
+            log.add(&damage.file, damage.line, None, damage.message);
         } else {
-            table.problems.add(&file, line, None, message);
+            tracks.left_out.push((name, damage.to_string()));
         }
     }
-}
-
-/// Returns a number that shots of the same positions share.
-fn hash_places(shot: &TrackShot) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    for sample in shot.cue.iter().chain(&shot.object) {
-        [sample.x, sample.y].map(f64::to_bits).hash(&mut hasher);
-    }
-    hasher.finish()
 }
 
 /// Frame rates of cameras, frames/s.
@@ -186,7 +159,7 @@ const BETWEEN: char = ';';
 pub(super) struct Facts {
     line: usize,
     /// The reason, if the shot is to be skipped.
-    pub(crate) skip: Option<String>,
+    skip: Option<String>,
     pub(crate) stated: StatedSpin,
     /// The file that holds the shot, as written.
     file: Option<String>,
@@ -206,31 +179,31 @@ impl Facts {
 }
 
 /// The rows of the table that `[tracks] shots` names, by the names of shots, in the file's order.
-struct ShotsTable<'a> {
-    settings: &'a TrackSettings,
-    problems: &'a Problems,
+#[derive(Default)]
+struct ShotsTable {
+    path: PathBuf,
     rows: IndexMap<String, Facts>,
     /// The facts of shots without a row, whose labels are empty.
     others: Facts,
     note: Option<String>,
 }
 
-impl<'a> ShotsTable<'a> {
-    fn read(settings: &'a TrackSettings, manifest: &Manifest, problems: &'a Problems) -> Self {
+impl ShotsTable {
+    fn read(settings: &TrackSettings, manifest: &Manifest, log: &Log) -> Self {
         let (assumed, by) = (manifest.assume, manifest.dataset.by.as_deref().unwrap_or_default());
         let capture_fps = settings.fps();
-        let others =
+        let mut others =
             Facts { stated: assumed, names: settings.names.clone(), capture_fps, ..Facts::default() };
-        let mut all = Self { settings, problems, rows: IndexMap::new(), others, note: None };
-        let read = |path: &PathBuf| Table::read(path, problems);
-        let Some(table) = settings.shots.as_ref().and_then(read) else { return all };
+        let path = settings.shots.clone().unwrap_or_default();
+        let table = settings.shots.as_ref().and_then(|path| Table::read(path, log));
+        let Some(table) = table else { return Self { others, ..Self::default() } };
         let [x, y, z] = OMEGA.map(|name| (name, 1.0, FINITE));
         let table = table.with(KNOWN, &[x, y, z, ("capture_fps", 1.0, RATE)], "shot", by);
-        all.note = table.note(None);
-        all.others.labels = table.labels().map(|label| (label.to_owned(), String::new())).collect();
+        others.labels = table.labels().map(|label| (label.to_owned(), String::new())).collect();
+        let mut rows: IndexMap<String, Facts> = IndexMap::new();
         for (row, stated) in table.spins(OMEGA, assumed).into_iter().enumerate() {
             let Some(shot) = table.text("shot", row) else { continue };
-            let names = NAMED.map(|column| names(&table, row, column));
+            let mut names = NAMED.map(|column| names(&table, row, column));
             let rate = table.at("capture_fps", row).map(|rate| rate.value).filter(|rate| *rate > 0.0);
             let facts = Facts {
                 line: table.line(row),
@@ -240,8 +213,8 @@ impl<'a> ShotsTable<'a> {
                 file: table.text("file", row).map(str::to_string),
                 labels: table.labels_at(row),
                 names_balls: names[..2].iter().any(Option::is_some),
-                names: [0, 1, 2, 3].map(|i| names[i].as_ref().unwrap_or(&all.others.names[i]).clone()),
-                capture_fps: rate.or(all.others.capture_fps),
+                names: [0, 1, 2, 3].map(|i| names[i].take().unwrap_or_else(|| others.names[i].clone())),
+                capture_fps: rate.or(capture_fps),
             };
             if rate.is_some() && settings.video.has_unknown_rate() {
                 let message = "is stated, but [video] capture_fps is \"unknown\"; expected it for all shots or for none";
@@ -252,71 +225,45 @@ impl<'a> ShotsTable<'a> {
                                show how they turn";
                 table.wrong(row, "cue_spin", message);
             }
-            if let Some(Facts { line, .. }) = all.rows.insert(shot.to_string(), facts) {
+            if let Some(Facts { line, .. }) = rows.insert(shot.to_string(), facts) {
                 let message = format!("\"{shot}\" also stands in line {line}; expected each shot once");
                 table.wrong(row, "shot", message);
             }
         }
-        all
-    }
-
-    fn wrong(&self, line: usize, column: &str, message: String) {
-        self.problems.add(self.settings.shots.as_deref().unwrap_or(Path::new("")), line, column, message);
+        Self { path, rows, others, note: table.note(None) }
     }
 
     fn facts(&self, shot: &str) -> &Facts {
         self.rows.get(shot).unwrap_or(&self.others)
     }
 
-    /// Complains about the shots whose spin is stated like this.
-    fn check_spins<'n>(&self, shots: impl Iterator<Item = &'n str>, stated: StatedSpin, path: &Path) {
-        let names: Vec<&str> = shots.filter(|name| self.facts(name).stated == stated).collect();
-        let shots = listed(&names);
-        let message = if stated == StatedSpin::Measured {
-            format!(
-                "[cue_spin] assume is \"measured\", but the spin of shot {shots} is not measured; expected omega_x, omega_y and omega_z in \
-                 a table that [tracks] shots names, markers on the cue ball ([tracks] cue_markers), or assume = \"natural-roll\", \"stun\" \
-                 or \"unknown\""
-            )
-        } else {
-            format!(
-                "the cue ball's spin of shot {shots} is not stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \"unknown\", \
-                 or cue_spin in the table that [tracks] shots names"
-            )
-        };
-        if !names.is_empty() {
-            self.problems.add(path, None, None, message);
-        }
-    }
-
     /// Gives shots the names that the table has for their files.
-    fn name_by_file(&self, raw: &mut [RawShot]) {
+    fn name_by_file(&self, raw: &mut [RawShot], log: &Log) {
         let mut named: HashMap<usize, usize> = HashMap::new();
         for (name, Facts { line, file, .. }) in &self.rows {
             let Some(file) = file else { continue };
+            let wrong = |message| log.add(&self.path, *line, "file", message);
             let in_file: Vec<usize> = (0..raw.len()).filter(|i| raw[*i].file.ends_with(file)).collect();
             if in_file.is_empty() {
                 let near = did_you_mean(file, raw.iter().filter_map(|shot| shot.file.file_name()?.to_str()));
-                let message = format!(
+                wrong(format!(
                     "\"{file}\" is not among the files with shots that dataset.toml names under files{near}"
-                );
-                self.wrong(*line, "file", message);
+                ));
             }
             let same = in_file.iter().find(|i| raw[**i].name == *name);
             let Some(shot) = same.or(in_file.first().filter(|_| in_file.len() == 1)) else { continue };
             raw[*shot].name.clone_from(name);
             if let Some(other) = named.insert(*shot, *line) {
-                let message = format!("\"{file}\" is also the file of line {other}; expected each shot once");
-                self.wrong(*line, "file", message);
+                wrong(format!("\"{file}\" is also the file of line {other}; expected each shot once"));
             }
         }
     }
 
-    fn check_names(&self, known: &HashSet<&str>) {
+    fn check_names(&self, known: &HashSet<&str>, log: &Log) {
         for (shot, row) in self.rows.iter().filter(|(shot, _)| !known.contains(shot.as_str())) {
             let near = did_you_mean(shot, known.iter().copied());
             let message = format!("there is no shot \"{shot}\" in the data{near}");
-            self.wrong(row.line, "shot", message);
+            log.add(&self.path, row.line, "shot", message);
         }
     }
 }

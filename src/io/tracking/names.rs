@@ -3,11 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::Facts;
-use super::raw::{Job, Notes, RawShot, RawTrack, Subject, listed, quoted, sorted, span, stem};
-use super::repair::Wrong;
-use super::settings::{NAMED, Names, TrackSettings};
+use super::raw::{Job, RawShot, RawTrack, Row, sorted, span, stem};
+use super::settings::{NAMED, Names};
 use crate::film::rigid_body::circle_centres;
-use crate::io::error::grouped;
+use crate::io::error::{Subject, grouped, listed, quoted};
 use crate::io::text::shortened;
 use crate::measurement::track::Sample;
 use crate::numerics::median;
@@ -22,20 +21,30 @@ const MEDIAN_FRAMES: usize = 5;
 const MAX_INEQUALITY: f64 = 0.1;
 
 /// Marks the tracks of both balls and of the points on them, by names in the order of [`NAMED`].
-/// `Err`: the first name under each key that is not that of one track.
-pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], job: Job) -> Result<(), Vec<Wrong>> {
+/// Returns whether each name is that of one track, and complains about the first under each key that
+/// is not.
+pub(super) fn assign(raw: &mut RawShot, facts: &Facts, job: Job) -> bool {
     let RawShot { tracks, line, .. } = raw;
-    let mut wrong = Vec::new();
-    for (which, (key, names)) in NAMED.into_iter().zip(names).enumerate() {
+    let mut are_found = true;
+    for (which, (key, names)) in NAMED.into_iter().zip(&facts.names).enumerate() {
         for (order, name) in names.0.iter().enumerate() {
-            let place = find(tracks, name).map_err(|message| (message, false));
-            let missing = || missing(tracks, name, &format!("{key} = {}", names.shown()), order);
-            let i = match place.and_then(|place| place.ok_or_else(|| (missing(), true))) {
-                Ok(i) => i,
-                Err((message, is_damage)) => {
-                    wrong.push(Wrong { line: *line, message, is_damage });
-                    break;
+            let found = find(tracks, name);
+            let [i] = found[..] else {
+                are_found = false;
+                let message = if found.is_empty() {
+                    missing(tracks, name, &format!("{key} = {}", names.shown()), order)
+                } else {
+                    let shown = |i: &usize| format!("\"{}\" (line {})", tracks[*i].name, tracks[*i].line());
+                    let (count, all) = (found.len(), found.iter().map(shown).collect::<Vec<_>>().join(", "));
+                    format!("{count} tracks are named \"{name}\"; write in [tracks] which one it is: {all}")
+                };
+                // wrong names in the table of shots are its fault; other shots may have both balls
+                if facts.names_balls {
+                    job.wrong(*line, None, message);
+                } else {
+                    job.note(Subject::Damage, *line, message);
                 }
+                break;
             };
             let track = tracks[i].name.clone();
             if track != *name {
@@ -48,10 +57,9 @@ pub(super) fn assign(raw: &mut RawShot, names: &[Names; 4], job: Job) -> Result<
             }
         }
     }
-    if wrong.is_empty() { Ok(()) } else { Err(wrong) }
+    are_found
 }
 
-/// Says that a track is missing; other shots may have both balls.
 fn missing(tracks: &[RawTrack], name: &str, stated: &str, order: usize) -> String {
     let mut there: Vec<String> = tracks.iter().map(|track| shortened(&track.name)).collect();
     there.dedup();
@@ -69,51 +77,37 @@ fn last_word(name: &str) -> &str {
     name.rsplit(|c: char| c.is_whitespace() || c == '_').next().unwrap_or_default()
 }
 
-/// Returns the track without a role that a name of dataset.toml means; `Err` if it is ambiguous.
-pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Result<Option<usize>, String> {
+/// Returns the tracks without a role that a name of dataset.toml may mean: those that are called so,
+/// or so in other letters, or as Tracker's mass A, or with the number of equal names.
+pub(super) fn find(tracks: &[RawTrack], wanted: &str) -> Vec<usize> {
     let small = wanted.to_lowercase();
-    // 0 to 3: as written, in other letters, as Tracker's mass A, with the number of equal names
-    let rank = |name: &str| {
-        let lower = name.to_lowercase();
-        let number = name.strip_prefix(wanted).and_then(|rest| rest.strip_prefix(" (")?.strip_suffix(')'));
-        let is_mass = lower.starts_with("mass") && last_word(name) == wanted;
-        let is_numbered = number.is_some_and(|number| number.parse::<usize>().is_ok());
-        [name == wanted, lower == small, is_mass, is_numbered].iter().position(|fits| *fits)
+    let fits = |name: &str, way: usize| match way {
+        0 => name == wanted,
+        1 => name.to_lowercase() == small,
+        2 => name.to_lowercase().starts_with("mass") && last_word(name) == wanted,
+        _ => name.strip_prefix(wanted).is_some_and(|rest| {
+            let number = rest.strip_prefix(" (").and_then(|rest| rest.strip_suffix(')'));
+            number.is_some_and(|number| number.parse::<usize>().is_ok())
+        }),
     };
     let is_free = |track: &RawTrack| track.point.is_none() && track.role.is_none();
-    let rank_at = |i: &usize| Some(&tracks[*i]).filter(|track| is_free(track)).and_then(|t| rank(&t.name));
-    let best = (0..tracks.len()).filter_map(|i| rank_at(&i)).min();
-    let places: Vec<usize> = (0..tracks.len()).filter(|i| best.is_some() && rank_at(i) == best).collect();
-    match places.as_slice() {
-        [] => Ok(None),
-        [one] => Ok(Some(*one).filter(|_| best != Some(3))),
-        many => {
-            let shown = |i: &usize| format!("\"{}\" (line {})", tracks[*i].name, tracks[*i].line());
-            let (count, all) = (many.len(), many.iter().map(shown).collect::<Vec<_>>().join(", "));
-            Err(format!("{count} tracks are named \"{wanted}\"; write in [tracks] which one it is: {all}"))
-        }
-    }
-}
-
-/// A file of one track.
-struct Single {
-    /// 0 for the cue ball, 1 for the object ball.
-    ball: usize,
-    /// The file's name without the ball's, and the folder (that above one named after the ball).
-    key: (String, Option<PathBuf>),
+    let free = || (0..tracks.len()).filter(|i| is_free(&tracks[*i]));
+    let ways = (0..4).map(|way| free().filter(|i| fits(&tracks[*i].name, way)).collect::<Vec<usize>>());
+    ways.into_iter().find(|found| !found.is_empty()).unwrap_or_default()
 }
 
 /// Joins the shots of one ball each whose files differ by the ball's name only, or that are the
 /// only two. The missing ball of others is reported when they are finished.
-pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Notes) {
-    let Some(names) = settings.single_names() else { return };
-    let singles: Vec<(usize, Single)> =
-        raw.iter().enumerate().filter_map(|(i, shot)| Some((i, single(shot, names)?))).collect();
+pub(super) fn pair(raw: &mut Vec<RawShot>, job: Job) {
+    let Some(names) = job.settings.single_names() else { return };
     let are_only = raw.len() == 2;
-    for (_, Single { key, .. }) in singles.iter().filter(|(_, single)| single.ball == 0) {
-        let alike: Vec<_> = singles.iter().filter(|(_, other)| are_only || other.key == *key).collect();
-        let (cues, objects): (Vec<_>, Vec<_>) = alike.into_iter().partition(|(_, other)| other.ball == 0);
-        let ([(i, _)], [(j, object)]) = (&cues[..], &objects[..]) else { continue };
+    let singles = raw.iter().enumerate().filter_map(|(i, shot)| {
+        let (ball, key) = single(shot, names)?;
+        Some((Some(key.clone()).filter(|_| !are_only), (ball, i, key)))
+    });
+    for (_, mut balls) in grouped(singles) {
+        balls.sort();
+        let [(0, i, key), (1, j, other_key)] = &balls[..] else { continue };
         if raw[*i].stated != raw[*j].stated {
             continue;
         }
@@ -124,18 +118,19 @@ pub(super) fn pair(raw: &mut Vec<RawShot>, settings: &TrackSettings, notes: &Not
             track.name = name.to_string();
         }
         // the common rest of the files' names, or else the first file's name
-        if *key == object.key && !key.0.is_empty() {
+        if key == other_key && !key.0.is_empty() {
             shot.name.clone_from(&key.0);
         }
-        let message =
-            format!("is cue ball of the shot \"{}\", whose object ball is {}", shot.name, file.display());
-        notes.add(&shot.file, Subject::Names, None, message);
+        let (name, file) = (&shot.name, file.display());
+        let message = format!("is cue ball of the shot \"{name}\", whose object ball is {file}");
+        job.log.note(Subject::Names, &shot.file, None, message);
     }
     raw.retain(|shot| !shot.tracks.is_empty());
 }
 
-/// Returns a file that is one ball's track, if the track's name or its own names the ball.
-fn single(shot: &RawShot, balls: [&str; 2]) -> Option<Single> {
+/// Returns the number of the ball whose only track a file holds, by the name of the track or of the
+/// file, with the file's name without the ball's, and the folder (that above one named after it).
+fn single(shot: &RawShot, balls: [&str; 2]) -> Option<(usize, (String, Option<PathBuf>))> {
     let (stem, folder) = (stem(&shot.file), shot.file.parent());
     if shot.tracks.len() != 1 || shot.tracks[0].point.is_some() || shot.name != stem {
         return None;
@@ -149,16 +144,18 @@ fn single(shot: &RawShot, balls: [&str; 2]) -> Option<Single> {
     if keys == [None, None] {
         // cue/1.csv and object/1.csv
         let name = folder.and_then(Path::file_name).unwrap_or_default().to_string_lossy();
-        let joined =
-            |rest: String| [rest, stem.clone().into_owned()].join("-").trim_start_matches('-').to_string();
+        let joined = |rest: String| format!("{rest}-{stem}").trim_start_matches('-').to_string();
         keys = rests(&name).map(|rest| Some((joined(rest?), folder.and_then(Path::parent))));
     }
-    let is_track = balls.map(|ball| matches!(find(&shot.tracks, ball), Ok(Some(_))));
+    let is_track = balls.map(|ball| find(&shot.tracks, ball).len() == 1);
     let is_file = keys.each_ref().map(Option::is_some);
-    let is_named = if is_track == [false, false] { is_file } else { is_track };
-    let ball = is_named.iter().position(|is_named| *is_named).filter(|_| is_named != [true, true])?;
+    let ball = match if is_track == [false, false] { is_file } else { is_track } {
+        [true, false] => 0,
+        [false, true] => 1,
+        _ => return None,
+    };
     let (key, folder) = keys[ball].take().unwrap_or((stem.into_owned(), folder));
-    Some(Single { ball, key: (key, folder.map(Path::to_path_buf)) })
+    Some((ball, (key, folder.map(Path::to_path_buf))))
 }
 
 /// Returns the words of a name without the ball's; `None` unless these are among them once.
@@ -175,47 +172,44 @@ fn without(stem: &str, ball: &str) -> Option<String> {
 }
 
 /// Puts the folder before equal names of shots, as of A/1.csv and B/1.csv.
-pub(super) fn name_by_folder(raw: &mut [RawShot], notes: &Notes) {
+pub(super) fn name_by_folder(raw: &mut [RawShot], job: Job) {
     let twins = grouped(raw.iter().map(|shot| (shot.name.clone(), ())));
     for shot in raw.iter_mut().filter(|shot| twins[&shot.name].len() > 1) {
         let Some(folder) = shot.file.parent().and_then(Path::file_name) else { continue };
         let message = "files in several folders have equal names: their shots are named with the folder";
-        notes.add(&shot.file, Subject::Names, None, message);
+        job.log.note(Subject::Names, &shot.file, None, message);
         shot.name = format!("{}/{}", folder.display(), shot.name);
     }
 }
 
 /// Determines the names of both discs, the first to move first, unless tracks are named cue or
 /// object or name their points: each is one track, or three or more that keep their distances. The
-/// result replaces the names of the facts.
-pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(), Wrong> {
-    let is_named = |name: &str| !matches!(find(&raw.tracks, name), Ok(None));
-    if ["cue", "object"].into_iter().any(is_named)
-        || raw.tracks.len() < 2
-        || raw.tracks.iter().any(|track| track.point.is_some())
-    {
-        return Ok(());
+/// result replaces the names of the facts. `None`, with damage, if the tracks are not two discs.
+pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Option<()> {
+    let tracks = &raw.tracks;
+    let are_named = ["cue", "object"].iter().any(|name| !find(tracks, name).is_empty());
+    if are_named || tracks.len() < 2 || tracks.iter().any(|track| track.point.is_some()) {
+        return Some(());
     }
     let calibration = job.settings.calibration(raw.stated.unit);
-    let mut points = raw.tracks.clone();
+    let mut points = tracks.clone();
     for row in points.iter_mut().flat_map(|track| &mut track.rows) {
         row.place = calibration.metres(row.place);
     }
     let groups = if points.len() == 2 { vec![vec![0], vec![1]] } else { groups(&points) };
-    let names_of =
-        |group: &Vec<usize>| -> Vec<String> { group.iter().map(|i| raw.tracks[*i].name.clone()).collect() };
-    let mut groups: [Vec<usize>; 2] = groups.try_into().map_err(|groups: Vec<Vec<usize>>| {
+    let names_of = |group: &[usize]| group.iter().map(|i| tracks[*i].name.clone()).collect::<Vec<String>>();
+    let complain = |groups: Vec<Vec<usize>>| {
         let known: Vec<String> = groups.iter().map(|group| quoted(names_of(group))).collect();
-        let known = if known.is_empty() { "none".to_string() } else { known.join(" and ") };
+        let known = if known.is_empty() { "none".to_owned() } else { known.join(" and ") };
+        let count = points.len();
         let message = format!(
-            "its {} tracks are not two discs: groups of three or more points that keep their distances are {known}. Expected \
-             two such groups, or [tracks] cue and object (for this shot alone, in the table that [tracks] shots names), or the \
-             shot skipped",
-            points.len()
+            "its {count} tracks are not two discs: expected two groups of three or more points that keep their distances (found: \
+             {known}), or [tracks] cue and object (of this shot, in the table that [tracks] shots names), or the shot skipped"
         );
-        Wrong { line: raw.line, message, is_damage: true }
-    })?;
-    let begin = |group: &Vec<usize>| span(group.iter().filter_map(|i| raw.beginning(&raw.tracks[*i])))[0];
+        job.note(Subject::Damage, raw.line, message);
+    };
+    let mut groups: [Vec<usize>; 2] = groups.try_into().map_err(complain).ok()?;
+    let begin = |group: &Vec<usize>| span(group.iter().filter_map(|i| raw.beginning(&tracks[*i])))[0];
     groups.sort_by(|one, other| begin(one).total_cmp(&begin(other)));
     let members = groups.each_ref().map(|group| group.iter().map(|i| &points[*i]).collect());
     let centres = find_centres(&members);
@@ -227,33 +221,28 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Result<(
             None => [names, Vec::new()],
         }
     });
-    let shown = |[centre, beside]: &[Vec<String>; 2]| match beside[..] {
+    let shown = [&one, &other].map(|[centre, beside]| match beside[..] {
         [] => quoted(centre),
         _ => format!("{} in the middle of {}", quoted(centre), quoted(beside)),
-    };
-    let message = format!(
-        "[tracks] cue and object are not given: the disc that moves first, taken as cue, is {}; the other is {}",
-        shown(&one),
-        shown(&other)
-    );
+    });
+    let shown = shown.join("; the other is ");
+    let message = format!("[tracks] names no cue: the disc that moves first, taken as cue, is {shown}");
     job.note(Subject::Names, raw.line, message);
     let ([cue, cue_markers], [object, object_markers]) = (one, other);
     facts.names = [cue, object, cue_markers, object_markers].map(Names);
     facts.names_balls = true;
-    Ok(())
+    Some(())
 }
 
 /// Returns the groups of three or more points that keep their distances, the most rigid first.
 pub(super) fn groups(points: &[RawTrack]) -> Vec<Vec<usize>> {
-    let count = points.len();
-    let pairs = (0..count).flat_map(|i| (0..i).map(move |j| (i, j)));
-    let mut rigid: Vec<(f64, usize, usize)> =
-        pairs.map(|(i, j)| (change(&points[i], &points[j]), i, j)).collect();
-    rigid.retain(|(change, ..)| *change <= MAX_CHANGE);
+    let pairs = (0..points.len()).flat_map(|i| (0..i).map(move |j| [i, j]));
+    let changes = pairs.map(|[i, j]| (change(&points[i], &points[j]), [i, j]));
+    let mut rigid: Vec<(f64, [usize; 2])> = changes.filter(|(change, _)| *change <= MAX_CHANGE).collect();
     rigid.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let is_rigid = |i: usize, j: usize| rigid.iter().any(|(_, a, b)| (*a, *b) == (i.max(j), i.min(j)));
-    let mut groups: Vec<Vec<usize>> = (0..count).map(|i| vec![i]).collect();
-    for (_, i, j) in &rigid {
+    let is_rigid = |i: usize, j: usize| rigid.iter().any(|(_, pair)| *pair == [i.max(j), i.min(j)]);
+    let mut groups: Vec<Vec<usize>> = (0..points.len()).map(|i| vec![i]).collect();
+    for (_, [i, j]) in &rigid {
         let at = |point: &usize| groups.iter().position(|group| group.contains(point));
         let (Some(a), Some(b)) = (at(i), at(j)) else { continue };
         if a != b && groups[a].iter().all(|p| groups[b].iter().all(|q| is_rigid(*p, *q))) {
@@ -279,7 +268,8 @@ fn find_centres(discs: &[Vec<&RawTrack>; 2]) -> [Option<usize>; 2] {
     let candidates = discs.each_ref().map(|points| find_equidistant(points));
     let bends = |(points, candidate): (&Vec<&RawTrack>, &Option<usize>)| {
         let candidate = candidate.filter(|_| points.len() == 3)?;
-        let paths: Vec<Vec<Sample>> = points.iter().map(|point| path(point)).collect();
+        let sample = |row: &Row| Sample::new(row.time, row.place);
+        let paths: Vec<Vec<Sample>> = points.iter().map(|point| point.seen().map(sample).collect()).collect();
         let slices: Vec<&[Sample]> = paths.iter().map(Vec::as_slice).collect();
         Some([bend(&paths[candidate]), bend(&circle_centres(&slices).ok()?)])
     };
@@ -288,10 +278,6 @@ fn find_centres(discs: &[Vec<&RawTrack>; 2]) -> [Option<usize>; 2] {
     // clearly, since all points of a disc that does not turn move alike
     let is_straighter = 2.0 * points < circles;
     [0, 1].map(|disc| candidates[disc].filter(|_| discs[disc].len() > 3 || is_straighter))
-}
-
-fn path(track: &RawTrack) -> Vec<Sample> {
-    track.seen().map(|row| Sample::new(row.time, row.place)).collect()
 }
 
 /// Returns how far a path bends: the median length of its second differences over a tenth of it.

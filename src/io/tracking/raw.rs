@@ -1,12 +1,11 @@
 //! Positions as all formats are read: in the file's units, with their lines.
 
 use std::borrow::Cow;
-use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 use super::settings::{Format, TrackSettings};
 use super::words::Unit;
-use crate::io::error::{Problems, grouped, harmless};
+use crate::io::error::{Log, Subject};
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RawShot {
@@ -167,20 +166,19 @@ impl Row {
     }
 }
 
-/// A file that is read, or a shot of it, with the settings and the lists of notes and problems.
+/// A file that is read, or a shot of it, with the settings and the list of notes and problems.
 #[derive(Clone, Copy)]
 pub(super) struct Job<'a> {
     pub(crate) file: &'a Path,
     /// The file's text, for its reader.
     pub(crate) text: &'a str,
     pub(crate) settings: &'a TrackSettings,
-    pub(crate) notes: &'a Notes,
-    pub(crate) problems: &'a Problems,
+    pub(crate) log: &'a Log,
 }
 
 impl Job<'_> {
-    pub(super) fn note(self, subject: Subject, line: impl Into<Option<usize>>, message: impl AsRef<str>) {
-        self.notes.add(self.file, subject, line.into(), message);
+    pub(super) fn note(self, subject: Subject, line: impl Into<Option<usize>>, message: impl Into<String>) {
+        self.log.note(subject, self.file, line, message);
     }
 
     pub(super) fn wrong<'c>(
@@ -189,7 +187,7 @@ impl Job<'_> {
         column: impl Into<Option<&'c str>>,
         message: impl Into<String>,
     ) {
-        self.problems.add(self.file, line, column, message);
+        self.log.add(self.file, line, column, message);
     }
 
     /// Returns the column to be read, and whether it holds numbers of frames: these are preferred
@@ -203,68 +201,4 @@ impl Job<'_> {
 /// Returns the name of a file without its ending: the default name of its shot.
 pub(super) fn stem(file: &Path) -> Cow<'_, str> {
     file.file_stem().unwrap_or_default().to_string_lossy()
-}
-
-pub(super) fn quoted<S: AsRef<str>>(names: impl IntoIterator<Item = S>) -> String {
-    let quoted: Vec<String> = names.into_iter().map(|name| format!("\"{}\"", name.as_ref())).collect();
-    quoted.join(", ")
-}
-
-/// Returns the first of these names, and the number of the others.
-pub(super) fn listed<S: AsRef<str>>(names: &[S]) -> String {
-    const MAX_NAMED: usize = 12;
-    quoted(names.iter().take(MAX_NAMED)) + &and_more(names.len().saturating_sub(MAX_NAMED))
-}
-
-fn and_more(others: usize) -> String {
-    if others > 0 { format!(" and {others} more") } else { String::new() }
-}
-
-/// Subject of a note, in the order of the list.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(super) enum Subject {
-    Format,
-    Clock,
-    Swapped,
-    Gaps,
-    Names,
-    Order,
-    Repeated,
-}
-
-/// Notes about detections and repairs, with their places, as they are made.
-#[derive(Debug, Default)]
-pub(super) struct Notes(RefCell<Vec<(Subject, String, String)>>);
-
-impl Notes {
-    pub(super) fn add(&self, file: &Path, subject: Subject, line: Option<usize>, message: impl AsRef<str>) {
-        let line = line.map_or(String::new(), |line| format!(":{line}"));
-        let message = harmless(message.as_ref());
-        self.0.borrow_mut().push((subject, message, format!("{}{line}", file.display())));
-    }
-
-    pub(super) fn append(&self, other: Self) {
-        self.0.borrow_mut().extend(other.0.into_inner());
-    }
-
-    /// Returns each note once, with its first place and the number of others.
-    pub(super) fn into_lines(self) -> Vec<String> {
-        /// Maximum number of notes of a subject that are listed.
-        const MAX_LISTED: usize = 8;
-        let notes = self.0.into_inner().into_iter();
-        let notes = grouped(notes.map(|(subject, message, place)| ((subject, message), place)));
-        let mut notes: Vec<_> = notes.into_iter().collect();
-        notes.sort_by_key(|((subject, _), _)| *subject);
-        let mut lines = Vec::new();
-        for notes in notes.chunk_by(|a, b| a.0.0 == b.0.0) {
-            for ((_, message), places) in notes.iter().take(MAX_LISTED) {
-                let others = places.iter().filter(|place| **place != places[0]).count();
-                lines.push(format!("{}{}: {message}", places[0], and_more(others)));
-            }
-            if notes.len() > MAX_LISTED {
-                lines.push(format!("and {} more like this", notes.len() - MAX_LISTED));
-            }
-        }
-        lines
-    }
 }

@@ -4,16 +4,17 @@ use std::borrow::Cow;
 use std::fs;
 
 use indexmap::IndexMap;
+use serde::Deserialize;
 use serde_json::value::RawValue;
 
 use super::finish;
 use super::formats::FORMATS;
 use super::heading::{Heading, Rows, TITLES, headings};
-use super::raw::{Job, RawShot, RawTrack, Stated, Subject, stem};
+use super::raw::{Job, RawShot, RawTrack, Stated, stem};
 use super::reader::{self, Body, Layout, Reader, number_twins};
 use super::settings::{Column, Columns, Format, angle_unit};
 use super::words::{FRAMES, TIMES, Unit, find};
-use crate::io::error::did_you_mean;
+use crate::io::error::{Subject, did_you_mean};
 use crate::io::text::{decode, filled_lines, shortened, value, without_separator_line};
 use crate::measurement::number::count_of;
 
@@ -39,26 +40,25 @@ pub(super) fn file(job: Job, alone: bool) -> Option<Vec<RawShot>> {
 }
 
 fn as_written(job: Job) -> Option<Vec<RawShot>> {
-    let settings = job.settings;
-    let stated = settings.tracks.format;
+    let stated = job.settings.tracks.format;
     let wanted = |format: Format| stated == format || stated == Format::Auto;
-    if let Some(columns) = &settings.tracks.columns {
+    if let Some(columns) = &job.settings.tracks.columns {
         return Some(by_layout(&by_columns(job, columns)?, job));
     }
     if wanted(Format::Json) && is_json(job.text) {
         return read_json(job);
     }
-    let before = job.problems.len();
+    let before = job.log.len();
     let headings = headings(job.text, TITLES);
     for (_, layout) in FORMATS.into_iter().filter(|(format, _)| wanted(*format)) {
         if let Some(layout) = layout(&headings, job) {
             return Some(by_layout(&layout, job));
         }
-        if job.problems.len() > before {
+        if job.log.len() > before {
             return None;
         }
     }
-    complain_of_format(&headings, job);
+    complain_of_format(job);
     None
 }
 
@@ -88,32 +88,20 @@ const TRACKER_PROJECT: &str =
 const ANY_FORMAT: &str = "a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a \
      section [tracks.columns] in dataset.toml that says which column is what";
 
-fn complain_of_format(headings: &[Heading], job: Job) {
+fn complain_of_format(job: Job) {
     let Some((line, first)) = filled_lines(job.text).next() else {
         return job.wrong(None, None, "is empty; expected tracked positions");
     };
     let format = job.settings.tracks.format;
     let expected = match format {
-        Format::Auto => ANY_FORMAT.to_owned(),
+        Format::Auto | Format::Long => ANY_FORMAT.to_owned(),
         _ => format!("{}, as [tracks] format states", format.name()),
     };
-    let is_of_long = matches!(format, Format::Auto | Format::Long);
-    let lacking = headings.iter().filter(|_| is_of_long).find_map(lacking).unwrap_or_default();
     let is_text = !first.contains(|c: char| c.is_control() && !c.is_whitespace());
     let others = if is_text { "" } else { "; not the film itself, nor a workbook (save its sheet as CSV)" };
     let begin = shortened(first.trim());
-    job.wrong(
-        line,
-        None,
-        format!("no format begins like this, \"{begin}\"{lacking}; expected {expected}{others}"),
-    );
-}
-
-fn lacking(heading: &Heading) -> Option<String> {
-    let is_missing = |any: &&str| any.split(" or ").all(|name| heading.at(name).is_none());
-    let missing: Vec<&str> = ["ball", "x", "y", "frame or t"].into_iter().filter(is_missing).collect();
-    let missing = (1..=2).contains(&missing.len()).then(|| missing.join(" and "))?;
-    Some(format!(", and what may be the names of columns, in line {}, are without {missing}", heading.line))
+    let message = format!("no format begins like this, \"{begin}\"; expected {expected}{others}");
+    job.wrong(line, None, message);
 }
 
 /// Maximum number of lines searched for the names of the columns, or for the first row.
@@ -121,7 +109,7 @@ const MAX_LINES: usize = 100;
 
 /// Returns the layout of a table whose columns are stated; without times, rows are frames.
 fn by_columns(job: Job, wanted: &Columns) -> Option<Layout> {
-    let is_numbered = wanted.values().any(|column| matches!(column, Column::Number(_)));
+    let is_numbered = wanted.values().any(|column| column.number().is_some());
     let heading = if is_numbered { numbered(job, wanted) } else { header(job, wanted) }?;
     let column = |key: &str| match wanted.get(key)? {
         Column::Name(name) => heading.position(name.trim()),
@@ -171,11 +159,8 @@ fn unstated_time(heading: &Heading, used: &[usize], shot: Option<usize>, job: Jo
 
 /// Returns the heading in the first line that has all the names.
 fn header(job: Job, wanted: &Columns) -> Option<Heading> {
-    let names = wanted.iter().filter_map(|(key, column)| match column {
-        Column::Name(name) if key != "angle_unit" => Some(name.trim()),
-        _ => None,
-    });
-    let names: Vec<&str> = names.collect();
+    let names = wanted.iter().filter(|(key, _)| *key != "angle_unit");
+    let names: Vec<&str> = names.filter_map(|(_, column)| column.name()).collect();
     let held = |heading: &Heading| names.iter().filter(|name| heading.position(name).is_some()).count();
     // the first heading that has the largest number of names
     let Some(heading) = headings(job.text, MAX_LINES).into_iter().rev().max_by_key(held) else {
@@ -195,25 +180,22 @@ fn header(job: Job, wanted: &Columns) -> Option<Heading> {
 
 /// Returns the heading of a table without names, from the first row with the expected numbers.
 fn numbered(job: Job, wanted: &Columns) -> Option<Heading> {
-    let numbers = wanted.iter().filter_map(|(key, column)| match column {
-        Column::Number(number) => Some((key.as_str(), number.get())),
-        Column::Name(_) => None,
-    });
-    let least = numbers.clone().map(|(_, number)| number).max()?;
-    let is_number = |key: &str| !["shot", "ball", "point"].contains(&key);
-    let mut numbers: Vec<usize> =
-        numbers.filter(|(key, _)| is_number(key)).map(|(_, number)| number).collect();
-    for Heading { line, separator, own: cells, .. } in
-        headings(job.text, MAX_LINES).into_iter().filter(|heading| !heading.is_comment)
+    let columns = wanted.iter().filter_map(|(key, column)| Some((key.as_str(), column.number()?)));
+    let least = columns.clone().map(|(_, number)| number).max()?;
+    let are_numbers = columns.filter(|(key, _)| !["shot", "ball", "point"].contains(key));
+    let mut numbers: Vec<usize> = are_numbers.map(|(_, number)| number).collect();
+    let is_row = |Heading { is_comment, own: cells, .. }: &Heading| {
+        let is_number = |number: &usize| value(&cells[number - 1]).is_some();
+        !is_comment && cells.len() >= least && numbers.iter().all(is_number)
+    };
+    if let Some(Heading { line, separator, own: cells, .. }) =
+        headings(job.text, MAX_LINES).into_iter().find(is_row)
     {
-        if cells.len() >= least && numbers.iter().all(|number| value(&cells[number - 1]).is_some()) {
-            let is_open = cells.len() > least && cells.last().is_some_and(String::is_empty);
-            return Some(Heading::unnamed(line, separator, cells.len() - usize::from(is_open)));
-        }
+        let is_open = cells.len() > least && cells.last().is_some_and(String::is_empty);
+        return Some(Heading::unnamed(line, separator, cells.len() - usize::from(is_open)));
     }
     numbers.sort_unstable();
-    let numbers = numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
-    let message = format!("none of the first {MAX_LINES} lines has numbers in the columns {numbers}");
+    let message = format!("none of the first {MAX_LINES} lines has numbers in the columns {numbers:?}");
     job.wrong(None, None, message);
     None
 }
@@ -237,19 +219,14 @@ fn is_json(text: &str) -> bool {
 
 type Object<'t> = IndexMap<String, &'t RawValue>;
 
-/// Returns an object, empty for another value. The text has been checked as a whole.
-fn object(raw: &RawValue) -> Object<'_> {
-    serde_json::from_str(raw.get()).unwrap_or_default()
-}
-
-fn list(raw: &RawValue) -> Vec<&RawValue> {
+/// Returns an object or a list, empty for another value. The text has been checked as a whole.
+fn parsed<'t, T: Deserialize<'t> + Default>(raw: &'t RawValue) -> T {
     serde_json::from_str(raw.get()).unwrap_or_default()
 }
 
 fn get<'t>(object: &Object<'t>, keys: &[&str]) -> Option<&'t RawValue> {
-    keys.iter()
-        .find_map(|key| object.iter().find(|(own, _)| own.eq_ignore_ascii_case(key)))
-        .map(|(_, raw)| *raw)
+    let find = |key: &&str| object.iter().find(|(own, _)| own.eq_ignore_ascii_case(key));
+    keys.iter().find_map(find).map(|(_, raw)| *raw)
 }
 
 /// Returns a value as a cell of a table: text without quotation marks, empty for null.
@@ -264,17 +241,15 @@ fn get_cell(object: &Object, keys: &[&str]) -> Option<String> {
 
 fn read_json(job: Job) -> Option<Vec<RawShot>> {
     let not_json = |error: serde_json::Error| {
-        let message = error.to_string();
-        let bare = message.rsplit_once(" at line ").map_or(message.as_str(), |(bare, _)| bare);
         let hint = if job.text.contains("NaN") { "; expected null, not NaN" } else { "" };
-        job.wrong(error.line(), None, format!("is not JSON: {bare}{hint}"));
+        job.wrong(error.line(), None, format!("is not JSON: {error}{hint}"));
     };
     let whole: &RawValue = serde_json::from_str(job.text).map_err(not_json).ok()?;
     let file = File { job, line_ends: job.text.match_indices('\n').map(|(at, _)| at).collect() };
-    let root = object(whole);
-    let shots = match get(&root, &["shots"]) {
+    let root: Object = parsed(whole);
+    let shots: Vec<&RawValue> = match get(&root, &["shots"]) {
         None if get(&root, &BALLS).is_some() => vec![whole],
-        shots => list(shots.unwrap_or(whole)),
+        shots => parsed(shots.unwrap_or(whole)),
     };
     if shots.is_empty() {
         return file.refuse(whole, "holds no shots");
@@ -319,22 +294,21 @@ impl File<'_> {
         unnamed: String,
         unit: Option<Unit>,
     ) -> Option<Vec<RawShot>> {
-        let shot = object(raw);
+        let shot: Object = parsed(raw);
         let name = get_cell(&shot, &NAME).unwrap_or(unnamed);
         let lacks = |what, name: &str, key| format!("the {what} \"{}\" has no \"{key}\"", shortened(name));
         let balls = get(&shot, &BALLS).filter(|balls| balls.get().starts_with(['{', '[']));
         let balls = balls.or_else(|| self.refuse(raw, lacks("shot", &name, "balls")))?;
-        let in_list = list(balls)
-            .into_iter()
-            .enumerate()
-            .map(|(i, ball)| (get_cell(&object(ball), &NAME).unwrap_or_else(|| (i + 1).to_string()), ball));
+        let in_list = (1..).zip(parsed::<Vec<&RawValue>>(balls)).map(|(number, ball): (usize, _)| {
+            (get_cell(&parsed(ball), &NAME).unwrap_or_else(|| number.to_string()), ball)
+        });
         let (mut time, mut rows, mut bodies) = (None, Vec::new(), Vec::new());
-        for (index, (ball_name, ball)) in in_list.chain(object(balls)).enumerate() {
-            let samples = get(&object(ball), &SAMPLES).unwrap_or(ball);
+        for (index, (ball_name, ball)) in in_list.chain(parsed::<Object>(balls)).enumerate() {
+            let samples = get(&parsed(ball), &SAMPLES).unwrap_or(ball);
             if !samples.get().starts_with('[') {
                 return self.refuse(ball, lacks("ball", &ball_name, "samples"));
             }
-            for sample in list(samples) {
+            for sample in parsed::<Vec<&RawValue>>(samples) {
                 let (own, [t, x, y]) = self.cells(sample)?;
                 if *time.get_or_insert(own) != own {
                     return self.refuse(sample, "has another kind of time than the samples above");
@@ -363,10 +337,10 @@ impl File<'_> {
     /// as cells of a table.
     fn cells(&self, raw: &RawValue) -> Option<(Option<Unit>, [Cow<'static, str>; 3])> {
         let cells = |values: [Option<&RawValue>; 3]| values.map(|at| at.map_or(String::new(), cell).into());
-        if let [time, x, y] = list(raw)[..] {
+        if let [time, x, y] = parsed::<Vec<&RawValue>>(raw)[..] {
             return Some((None, cells([Some(time), Some(x), Some(y)])));
         }
-        let sample = object(raw);
+        let sample: Object = parsed(raw);
         let [frame, x, y] = ["frame", "x", "y"].map(|key| get(&sample, &[key]));
         let time = self.job.frame_or_time(frame, get(&sample, &["t", "time"]));
         let (time, is_frame) = time.or_else(|| self.refuse(raw, "a sample without t or frame"))?;

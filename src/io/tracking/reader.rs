@@ -5,10 +5,11 @@ use std::borrow::Cow;
 use indexmap::IndexMap;
 
 use super::heading::Heading;
-use super::raw::{Job, RawShot, RawTrack, Row, Stated, Subject, listed, stem};
+use super::raw::{Job, RawShot, RawTrack, Row, Stated, stem};
 use super::settings::Format;
 use super::time::count_frames;
 use super::words::{Clock, Unit, clock};
+use crate::io::error::{Subject, listed};
 use crate::io::text::{self, Mark, Place, lines, name_of, shortened, wrong_width};
 
 /// Number of problems of a file after which reading ends.
@@ -19,8 +20,8 @@ const LIKELY: f64 = 0.6;
 /// Reads the rows of a file; reports those with a wrong number of cells.
 pub(super) fn read(job: Job, layout: &Layout) -> Vec<RawShot> {
     let mut reader = Reader::new(job, layout);
-    let limit = job.problems.len() + MAX_PROBLEMS;
-    for (line, text) in lines(job.text).take_while(|_| job.problems.len() < limit) {
+    let limit = job.log.len() + MAX_PROBLEMS;
+    for (line, text) in lines(job.text).take_while(|_| job.log.len() < limit) {
         let content = text.trim_start();
         let bodies = layout.bodies_at(line);
         // a row of empty cells may be a frame if rows are counted
@@ -88,12 +89,12 @@ impl<'a> Reader<'a> {
 
     pub(super) fn add(&mut self, line: usize, cells: &[Cow<str>], bodies: &[Body]) {
         let (job, layout) = (self.job, self.layout);
-        let Job { file, problems, .. } = job;
+        let Job { file, log, .. } = job;
         let at = |column: usize| {
             let (column, text) = (layout.heading.names[column].as_str(), cells[column].as_ref());
-            Place { file, line, column, text, problems }
+            Place { file, line, column, text, log }
         };
-        let before = problems.len();
+        let before = log.len();
         for (what, column) in [("shot", layout.shot), ("ball", layout.ball)] {
             let Some(cell) = column.map(at).filter(|cell| cell.text.is_empty()) else { continue };
             if what == "ball" && layout.stated.format == Format::Columns {
@@ -102,17 +103,13 @@ impl<'a> Reader<'a> {
             }
             cell.wrong(format!("is empty; expected the name of a {what}"));
         }
-        let mut time = None;
-        if let Some(cell) = layout.time.map(at) {
-            time = self.time(cell);
-            let has_position =
-                layout.ball.is_some() || bodies.iter().any(|body| !at(body.xy[0]).text.is_empty());
-            if time.is_none() && has_position && problems.len() == before {
-                cell.wrong("is empty; expected a time, or the number of a frame");
+        let time = layout.time.map(|column| self.time(at(column)));
+        if let (Some(column), Some(None)) = (layout.time, time) {
+            let is_seen = |body: &Body| layout.ball.is_some() || !at(body.xy[0]).text.is_empty();
+            if log.len() == before && bodies.iter().any(is_seen) {
+                at(column).wrong("is empty; expected a time, or the number of a frame");
             }
-            if time.is_none() {
-                return;
-            }
+            return;
         }
         let name = layout.shot.map_or(&*self.stem, |column| at(column).text);
         let shot = self.shots.get_index_of(name).unwrap_or_else(|| {
@@ -123,7 +120,7 @@ impl<'a> Reader<'a> {
         // without times, rows of a shot are counted
         let rows = self.shots[shot].tracks.first().map_or(0, |track| track.rows.len());
         // −0 is 0
-        let time = time.unwrap_or(rows as f64) + 0.0;
+        let time = time.flatten().unwrap_or(rows as f64) + 0.0;
         for body in bodies {
             let row = Row { time, place: self.place(body, at), sd: self.deviations(body, at), line };
             let name = layout.ball.map_or(body.name.as_str(), |column| at(column).text);
@@ -171,8 +168,7 @@ impl<'a> Reader<'a> {
             return [if unit == Unit::Deg { 1.0_f64.to_radians() * angle } else { angle }, 0.0];
         }
         let place = [0, 1].map(|axis: usize| {
-            let mut number =
-                |columns: [usize; 2]| self.positions.number(at(columns[axis])).unwrap_or(f64::NAN);
+            let mut number = |pair: [usize; 2]| self.positions.number(at(pair[axis])).unwrap_or(f64::NAN);
             let place = number(body.xy);
             match (body.corner, body.size) {
                 (Some(corner), _) => f64::midpoint(place, number(corner)),
@@ -211,7 +207,7 @@ impl<'a> Reader<'a> {
         for mark in
             [&self.times, &self.positions].into_iter().filter(|_| self.layout.stated.format != Format::Json)
         {
-            mark.finish(job.file, job.problems);
+            mark.finish(job.file, job.log);
         }
         if self.positions.is_comma() || self.times.is_comma() {
             job.note(Subject::Format, None, "decimal comma");
@@ -221,9 +217,8 @@ impl<'a> Reader<'a> {
         if let Some((Some(mark), line)) = self.clock {
             let rounding = Some(1.0 / 10.0_f64.powi(self.digits as i32));
             let mut stated = Stated { time: Some(Unit::S), rounding, ..self.layout.stated };
-            if (mark, self.digits) == (':', 2)
-                && let Some(rate) = count_frames(&mut shots)
-            {
+            let rate = if (mark, self.digits) == (':', 2) { count_frames(&mut shots) } else { None };
+            if let Some(rate) = rate {
                 let message = format!("times are time codes h:mm:ss:ff with {rate} frames to a second");
                 job.note(Subject::Clock, line, message);
                 stated = Stated { time: Some(Unit::Frames), rounding: None, ..stated };

@@ -3,7 +3,8 @@
 
 use nalgebra::Vector4;
 
-use super::raw::{Job, Notes, RawShot, RawTrack, Row, Subject, UNLIKE, jump_speed, value_at};
+use super::raw::{Job, RawShot, RawTrack, Row, UNLIKE, jump_speed, value_at};
+use crate::io::error::{Log, Subject};
 
 /// Ratio to the step of coarse coordinates below which a ball may move without being seen to.
 const MAX_COARSE: f64 = 4.0;
@@ -11,19 +12,10 @@ const MAX_COARSE: f64 = 4.0;
 /// exchanged; a wrong place makes it 1/2.
 const MAX_SWAPPED: f64 = 0.3;
 
-/// A fault of a shot, and its line.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Wrong {
-    pub(crate) line: usize,
-    pub(crate) message: String,
-    /// Whether only this shot is damaged and can be left out; else the file or dataset.toml is.
-    pub(crate) is_damage: bool,
-}
-
 /// Makes gaps of placeholders for a lost ball, unless its path leads there, and of impossible
 /// places and times: a lost decimal point, a misprint. Returns notes about them.
-pub(super) fn remove_lost(shot: &mut RawShot) -> Notes {
-    let notes = Notes::default();
+pub(super) fn remove_lost(shot: &mut RawShot) -> Log {
+    let log = Log::default();
     let paths = shot.tracks.iter().filter(|track| !track.is_angle);
     let paths: Vec<Vec<&Row>> = paths.map(|track| track.seen().collect()).collect();
     // the ranges of the middle nine tenths of x, y and time
@@ -33,15 +25,13 @@ pub(super) fn remove_lost(shot: &mut RawShot) -> Notes {
         let mut all: Vec<f64> = good.map(|row| values(row)[k]).collect();
         [0.05, 0.95].map(|part| value_at(&mut all, part).unwrap_or(f64::NAN))
     });
-    let [x, y, t] = ranges.map(|[low, high]| high - low);
-    let reach = [x.max(y), x.max(y), t].map(|range| UNLIKE * range);
-    let is_off = |row: &Row, k: usize| {
-        let ([low, high], value) = (ranges[k], values(row)[k]);
-        value < low - reach[k] || value > high + reach[k]
-    };
+    let [x, y, t] = ranges.map(|[low, high]| UNLIKE * (high - low));
+    let reach = [x.max(y), x.max(y), t];
+    let excess = |row: &Row, k: usize| (ranges[k][0] - values(row)[k]).max(values(row)[k] - ranges[k][1]);
+    let is_off = |row: &Row, k: usize| excess(row, k) > reach[k];
     let is_doubtful = |row: &&Row| row.is_placeholder() || (0..3).any(|k| is_off(row, k));
     if !paths.iter().flatten().any(is_doubtful) {
-        return notes;
+        return log;
     }
     let good = paths.iter().flat_map(|path| path.windows(2)).filter(|two| !two.iter().any(is_doubtful));
     let limit = jump_speed(good.map(|two| two[0].step(two[1])));
@@ -68,11 +58,11 @@ pub(super) fn remove_lost(shot: &mut RawShot) -> Notes {
             let Some(why) = why else { continue };
             let [x, y] = row.place;
             let message = format!("\"{name}\" is at ({x}, {y}), {why}: taken as a gap");
-            notes.add(&shot.file, Subject::Gaps, Some(row.line), message);
+            log.note(Subject::Gaps, &shot.file, row.line, message);
             row.lose();
         }
     }
-    notes
+    log
 }
 
 impl Row {
@@ -85,22 +75,22 @@ impl Row {
     }
 }
 
-/// Unites frames of one time. `Err`: a track at two places at a time, or a clock that starts again.
-pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Result<(), Wrong> {
+/// Unites frames of one time. `None`, with a problem: a track at two places at a time, or a clock
+/// that starts again.
+pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Option<()> {
     for RawTrack { name, rows, .. } in &mut shot.tracks {
         let mut written: Vec<&Row> = rows.iter().collect();
         written.sort_by_key(|row| row.line);
-        let mut backwards = written.windows(2).filter(|two| two[1].time < two[0].time);
-        let clip = backwards.next().map(|two| {
-            let message = format!(
-                "time of \"{name}\" runs backwards, from {:.6} s to {:.6} s; expected each clip as a shot of its own",
-                two[0].time, two[1].time
-            );
-            Wrong { line: two[1].line, message, is_damage: false }
-        });
+        let backwards: Vec<&[&Row]> = written.windows(2).filter(|two| two[1].time < two[0].time).collect();
+        let back = backwards.first().map(|two| *two[1]);
+        let complain_of_clips = |Row { time, line, .. }: Row| {
+            let expected = "expected each clip as a shot of its own";
+            job.wrong(line, None, format!("time of \"{name}\" runs backwards, to {time:.6} s; {expected}"));
+            None
+        };
         let is_second = written.len() > 2 && written[written.len() - 1].time < written[0].time;
-        if let Some(clip) = clip.clone().filter(|_| backwards.next().is_none() && is_second) {
-            return Err(clip);
+        if let Some(row) = back.filter(|_| backwards.len() == 1 && is_second) {
+            return complain_of_clips(row);
         }
         let mut united: Vec<Row> = Vec::with_capacity(rows.len());
         for row in rows.iter() {
@@ -109,48 +99,50 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Result<(), Wrong> {
                 continue;
             };
             if !known.is_gap() && !row.is_gap() && known.place != row.place {
-                let message = format!(
-                    "\"{name}\" is at two places at {:.6} s: ({}, {}) here and ({}, {}) in line {}; expected one",
-                    row.time, row.place[0], row.place[1], known.place[0], known.place[1], known.line
-                );
-                return Err(clip.unwrap_or(Wrong { line: row.line, message, is_damage: false }));
+                if let Some(row) = back {
+                    return complain_of_clips(row);
+                }
+                let ([x, y], [known_x, known_y], time, line) = (row.place, known.place, row.time, known.line);
+                let places = format!("({x}, {y}) here and ({known_x}, {known_y}) in line {line}");
+                let message = format!("\"{name}\" is at two places at {time:.6} s: {places}; expected one");
+                job.wrong(row.line, None, message);
+                return None;
             }
-            let message =
-                format!("\"{name}\" has its time twice (line {}); one row is passed over", known.line);
+            let Row { line, .. } = known;
+            let message = format!("\"{name}\" has its time twice (line {line}); one row is passed over");
             job.note(Subject::Repeated, row.line, message);
             if known.is_gap() {
                 *known = *row;
             }
         }
         *rows = united;
-        if let Some(Wrong { line, .. }) = clip {
+        if let Some(Row { line, .. }) = back {
             let message = format!("the rows of \"{name}\" are not in the order of time; put in order");
             job.note(Subject::Order, line, message);
         }
     }
-    Ok(())
+    Some(())
 }
 
 /// Turns frames into gaps that repeat the frame before while a ball moves beyond `resolution`.
-pub(super) fn remove_repeated_frames(
-    balls: &mut [RawTrack; 2],
-    resolution: f64,
-    job: Job,
-) -> Result<(), Wrong> {
+/// `None`, with damage, if a frame was put in.
+pub(super) fn remove_repeated_frames(balls: &mut [RawTrack; 2], resolution: f64, job: Job) -> Option<()> {
     let [cue, object] = balls;
     let frames = cue.frames_with(object);
     let step = |ball: usize, two: &[[Row; 2]]| two[0][ball].distance(&two[1][ball]);
     let steps: Vec<f64> = frames.windows(2).map(|two| step(0, two).max(step(1, two))).collect();
     if steps.iter().filter(|step| **step == 0.0).count() * 5 > steps.len() {
-        return Ok(());
+        return Some(());
     }
     let repeats = (1..steps.len()).filter(|k| steps[*k] == 0.0 && steps[k - 1] != 0.0);
     let repeats = repeats.map_while(|first| Some([first, (first..steps.len()).find(|k| steps[*k] != 0.0)?]));
     let is_moving = |[first, end]: &[usize; 2]| steps[first - 1].min(steps[*end]) >= MAX_COARSE * resolution;
     let repeats: Vec<[usize; 2]> = repeats.filter(is_moving).collect();
-    let sentence = |first: usize| {
-        let known = frames[first][0].line;
-        format!("both balls are exactly where they were in line {known} while they move before and after")
+    let complain = |subject: Subject, first: usize, consequence: &str| {
+        let ([Row { line: known, .. }, _], [Row { line, .. }, _]) = (frames[first], frames[first + 1]);
+        let sentence = "both balls are exactly where they were in line";
+        let message = format!("{sentence} {known} while they move before and after{consequence}");
+        job.note(subject, line, message);
     };
     // the steps after repeated frames hold their motion, too, unless frames were put in
     let lateness = repeats.iter().map(|[first, end]| {
@@ -158,21 +150,18 @@ pub(super) fn remove_repeated_frames(
         caught_up - late
     });
     if let Some([first, _]) = repeats.first().filter(|_| lateness.sum::<f64>() > 0.0) {
-        let message = format!(
-            "{}, and do not catch up: a frame was put in here, and all later times may be late. Expected the clip without it, with the \
-             frames after it renumbered; or skip the shot",
-            sentence(*first)
-        );
-        return Err(Wrong { line: frames[first + 1][0].line, message, is_damage: true });
+        let consequence = ", and do not catch up: a frame was put in here, and all later times may be late. Expected the clip without \
+                           it, with the frames after it renumbered; or skip the shot";
+        complain(Subject::Damage, *first, consequence);
+        return None;
     }
     for [first, end] in repeats {
-        let message = format!("{}: a repeated frame, taken as a gap", sentence(first));
-        job.note(Subject::Repeated, frames[first + 1][0].line, message);
+        complain(Subject::Repeated, first, ": a repeated frame, taken as a gap");
         let [lost, last] = [first + 1, end].map(|k| frames[k][0].time);
         let rows = cue.rows.iter_mut().chain(&mut object.rows);
         rows.filter(|row| (lost..=last).contains(&row.time)).for_each(Row::lose);
     }
-    Ok(())
+    Some(())
 }
 
 /// Returns the squared distance between the step of both balls from frame `end` and the step that
@@ -208,10 +197,9 @@ pub(super) fn undo_swaps(balls: &mut [RawTrack; 2], job: Job) -> Option<usize> {
     }
     for pair in swaps.chunks(2) {
         let last = pair.get(1).map_or(String::new(), |until| format!(" to line {}", until.line));
-        let message = format!(
-            "\"{}\" and \"{}\" have exchanged their names from here{last}; exchanged back",
-            cue.name, object.name
-        );
+        let (cue, object) = (&cue.name, &object.name);
+        let message =
+            format!("\"{cue}\" and \"{object}\" have exchanged their names from here{last}; exchanged back");
         job.note(Subject::Swapped, pair[0].line, message);
     }
     for swap in &swaps {

@@ -215,18 +215,26 @@ impl TrackSettings {
 /// A column of `[tracks.columns]`, or the unit of angles.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(untagged)]
-pub(in crate::io) enum Column {
+pub(super) enum Column {
     Name(String),
     /// Number from 1, for files without names of columns.
     Number(NonZero<usize>),
 }
 
 impl Column {
-    pub(in crate::io) fn shown(&self) -> String {
+    pub(super) fn shown(&self) -> String {
         match self {
             Self::Name(name) => toml::Value::from(name.as_str()).to_string(),
             Self::Number(number) => number.to_string(),
         }
+    }
+
+    pub(super) fn name(&self) -> Option<&str> {
+        if let Self::Name(name) = self { Some(name.trim()) } else { None }
+    }
+
+    pub(super) fn number(&self) -> Option<usize> {
+        if let Self::Number(number) = self { Some(number.get()) } else { None }
     }
 }
 
@@ -256,17 +264,14 @@ pub(super) fn schema_of_columns(generator: &mut SchemaGenerator) -> Schema {
 }
 
 fn check_columns(columns: &Columns, source: &Source) {
-    let mut each = columns.iter().filter(|(key, _)| *key != ANGLE_UNIT).map(|(_, column)| column);
-    let is_number = |column: &Column| matches!(column, Column::Number(_));
-    let first = each.next().is_some_and(is_number);
-    if each.any(|column| is_number(column) != first) {
-        let message =
-            "[tracks.columns] gives some columns by name and some by number; expected one of them throughout";
+    let each = columns.iter().filter(|(key, _)| *key != ANGLE_UNIT);
+    let (names, numbers): (Vec<_>, Vec<_>) = each.partition(|(_, column)| column.name().is_some());
+    if !names.is_empty() && !numbers.is_empty() {
+        let message = "[tracks.columns] has some by name and some by number; expected one of them throughout";
         source.wrong("tracks.columns", message);
     }
 }
 
 pub(super) fn angle_unit(columns: &Columns) -> Option<Unit> {
-    let Column::Name(word) = columns.get(ANGLE_UNIT)? else { return None };
-    Unit::of(word)
+    Unit::of(columns.get(ANGLE_UNIT)?.name()?)
 }

@@ -5,16 +5,17 @@ use std::path::Path;
 
 use minijinja::{Value as Values, context};
 
+use super::formats::MOTIVE;
 use super::heading::{Heading, MAX_TRACKS, Rows, TITLES, headings};
 use super::names::groups;
-use super::raw::{Job, Notes, RawShot, RawTrack, quoted, sorted, span};
+use super::raw::{Job, RawShot, RawTrack, sorted, span};
 use super::read;
 use super::settings::{Column, Columns, Format, TrackSettings};
 use super::time::followed;
 use super::words::{
     self, FRAMES, Kind, PERHAPS_BALLS, SHOTS, TIMES, Unit, beside, boxes, find, is_angle, pairs,
 };
-use crate::io::error::{Problem, Problems, grouped};
+use crate::io::error::{Log, Problem, grouped, quoted};
 use crate::io::text::value;
 use crate::io::toml_file::Source;
 use crate::measurement::number::count_of;
@@ -33,8 +34,6 @@ const BALLS: [(&str, f64); 4] =
     [("pyramid", 0.034), ("carom", 0.03075), ("pool", 0.028_575), ("snooker", 0.02625)];
 /// Largest ratio of a diameter to the distance of centres that noise explains.
 const NEARER: f64 = 1.02;
-/// Beginning of exports of Motive (OptiTrack), whose height is y.
-const MOTIVE: &str = "Format Version";
 
 /// The tracks of files, and what is guessed of them; empty for other files.
 #[derive(Default)]
@@ -63,14 +62,14 @@ impl Survey {
     }
 
     fn read(file: &Path, columns: [Columns; 2]) -> Result<Self, Vec<Problem>> {
-        let problems = Problems::new("");
-        let source = Source::new(file, "", &problems);
+        let log = Log::default();
+        let source = Source::new(file, "", &log);
         let is_guessed = !columns[0].is_empty();
         let mut settings = TrackSettings::default().checked(&source);
         settings.tracks.columns = is_guessed.then(|| columns[0].clone());
-        let job = Job { file, text: "", settings: &settings, notes: &Notes::default(), problems: &problems };
+        let job = Job { file, text: "", settings: &settings, log: &log };
         let read = read::file(job, true);
-        let problems = problems.into_error().problems().to_vec();
+        let problems = log.into_error("").problems().to_vec();
         match read {
             // without rows, only names support the guess
             Some(shots) if !shots.is_empty() || is_guessed => Ok(Self { files: 1, shots, columns, problems }),

@@ -1,8 +1,9 @@
 //! The time of each row, from the camera's frame rate and the times of the file: its clock shows
 //! frame n at t = t₀ + n/rate, rounded; whole numbers n are searched for that agree with all times.
 
-use super::raw::{Job, RawShot, RawTrack, Row, Subject, sorted, span};
+use super::raw::{Job, RawShot, RawTrack, Row, sorted, span};
 use super::words::Unit;
+use crate::io::error::Subject;
 use crate::numerics::median;
 
 /// Largest deviation from even steps beyond rounding, in steps: of frame rates, of times from whole
@@ -20,34 +21,28 @@ const NEEDS_RATE: &str = "expected [video] capture_fps, the frames per second th
 /// Converts the times of a shot's rows to seconds of the camera's clock and returns its frame rate;
 /// `fps` is the stated one. `Err`: the reason, and the remedy.
 pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<f64, String> {
-    let (stated, settings) = (shot.stated, job.settings);
-    let playback_fps = settings.video.playback_fps;
-    if settings.video.has_unknown_rate() && (stated.time != Some(Unit::Frames) || stated.fps.is_some()) {
-        return Err("[video] capture_fps is \"unknown\", but this file has times; expected frame numbers, or no capture_fps".into());
+    let (stated, video) = (shot.stated, &job.settings.video);
+    if video.has_unknown_rate() && (stated.time != Some(Unit::Frames) || stated.fps.is_some()) {
+        let message = "[video] capture_fps is \"unknown\", but this file has times; expected frame numbers, or no capture_fps";
+        return Err(message.to_owned());
     }
-    if let (Some(given), Some(own)) = (fps, stated.fps)
-        && (given / own - 1.0).abs() > MAX_OFF
-    {
+    let differs = |(given, own): &(f64, f64)| (given / own - 1.0).abs() > MAX_OFF;
+    if let Some((given, own)) = fps.zip(stated.fps).filter(differs) {
         return Err(format!(
             "the file states {own} fps, but [video] capture_fps is {given}; expected the same, or no capture_fps"
         ));
     }
     let fps = fps.or(stated.fps);
-    let rate = playback_fps.or(fps);
-    let stated_unit = settings.tracks.time_unit.filter(|_| stated.rounding.is_none());
-    let unit = match stated.time {
-        Some(Unit::Frames) => Unit::Frames,
-        Some(unit) => stated_unit.unwrap_or(unit),
-        None => stated_unit.map_or_else(|| guess_unit(shot, rate), Ok)?,
-    };
+    let rate = video.playback_fps.or(fps);
+    let is_fixed = stated.rounding.is_some() || stated.time == Some(Unit::Frames);
+    let unit = job.settings.tracks.time_unit.filter(|_| !is_fixed).or(stated.time);
+    let unit = unit.map_or_else(|| guess_unit(shot, rate), Ok)?;
     let Some(second) = unit.seconds() else {
         let fps = fps.ok_or_else(|| format!("time is in frames; {NEEDS_RATE}"))?;
         let mut rows = shot.tracks.iter().flat_map(|track| &track.rows);
         if let Some(Row { time, line, .. }) = rows.find(|row| row.time.fract() != 0.0) {
-            let hint = if time.abs() > 1.0 { "; thousands have no mark" } else { "" };
-            return Err(format!(
-                "frame {time} is not a whole number (line {line}); if it is a time, say [tracks] time_unit{hint}"
-            ));
+            let hint = "thousands have no mark, and times need [tracks] time_unit";
+            return Err(format!("frame {time} is not a whole number (line {line}); {hint}"));
         }
         shot.map_times(|time| time / fps);
         return Ok(fps);
@@ -55,20 +50,15 @@ pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<
     let mut grid = Grid::of(shot, second);
     let line = shot.line;
     let note = |message: String| job.note(Subject::Clock, line, message);
-    let (times, fps) = match rate.zip(fps) {
-        None if grid.spacing.is_nan() => {
-            return Err(format!("fewer than two times, which give no frame rate; {NEEDS_RATE}"));
-        }
-        None => {
-            let (frames, fps) = grid.own_frames();
-            let frames = frames.ok_or_else(|| format!("times are not regularly spaced; {NEEDS_RATE}"))?;
-            note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
-            (grid.without_rounding(&frames, fps), fps)
-        }
-        Some((rate, fps)) => {
-            grid.count_repeated(shot, second, rate)?;
-            (grid.camera_times([rate, fps], playback_fps.is_some(), note)?, fps)
-        }
+    let (times, fps) = if let Some((rate, fps)) = rate.zip(fps) {
+        grid.count_repeated(shot, second, rate)?;
+        (grid.camera_times([rate, fps], video.playback_fps.is_some(), note)?, fps)
+    } else {
+        let (frames, fps) = grid.own_frames();
+        let frames = frames.filter(|_| grid.spacing.is_finite());
+        let frames = frames.ok_or_else(|| format!("times are not regularly spaced; {NEEDS_RATE}"))?;
+        note(format!("capture_fps is not given; taken from the spacing of the times, {fps:.4} fps"));
+        (grid.without_rounding(&frames, fps), fps)
     };
     for (i, row) in shot.tracks.iter_mut().flat_map(|track| track.rows.iter_mut().enumerate()) {
         let place = grid.times.partition_point(|time| *time < row.time * second);
@@ -98,10 +88,6 @@ impl Grid {
         Self { times, are_rows: false, resolution, spacing }
     }
 
-    fn length(&self) -> f64 {
-        self.times.last().zip(self.times.first()).map_or(0.0, |(last, first)| last - first)
-    }
-
     /// Makes every row a frame if neighbours share a time on a coarse clock, not if each has its
     /// own.
     fn count_repeated(&mut self, shot: &RawShot, second: f64, rate: f64) -> Result<(), String> {
@@ -122,10 +108,9 @@ impl Grid {
     }
 
     fn too_coarse(&self, rate: f64) -> String {
+        let Self { resolution, .. } = self;
         format!(
-            "times are rounded to {} s, coarser than frames at {rate} fps, and do not follow them; expected frame numbers, or times \
-             with more digits",
-            self.resolution
+            "times, rounded to {resolution} s, are coarser than frames at {rate} fps; expected frame numbers, or more digits"
         )
     }
 
@@ -157,10 +142,11 @@ impl Grid {
         self.times.iter().map(next).collect()
     }
 
-    /// Returns the frame rate by the given frames, or without frames by the spacing.
-    fn mean_rate(&self, frames: Option<&Vec<f64>>) -> f64 {
-        let last = frames.and_then(|frames| frames.last());
-        last.map_or(self.spacing.recip(), |last| last.max(1.0) / self.length())
+    /// Returns the frame rate by the given frames.
+    fn mean_rate(&self, frames: &[f64]) -> f64 {
+        frames
+            .last()
+            .map_or(f64::NAN, |last| last.max(1.0) / (self.times[self.times.len() - 1] - self.times[0]))
     }
 
     /// Returns the frames of the coarsest grid of all times, and the roundest rate possible.
@@ -171,8 +157,9 @@ impl Grid {
         let near: Vec<f64> = steps().filter(|step| *step <= least + 1.02 * self.resolution).collect();
         let shortest = near.iter().sum::<f64>() / near.len() as f64;
         let frames = [self.spacing, shortest].into_iter().find_map(|spacing| self.frames(spacing));
-        let fps = self.mean_rate(frames.as_ref());
-        let slack = (1.02 * self.resolution / self.length()).max(1e-6);
+        let fps = frames.as_ref().map_or(self.spacing.recip(), |frames| self.mean_rate(frames));
+        let [first, last] = span(self.times.iter().copied());
+        let slack = (1.02 * self.resolution / (last - first)).max(1e-6);
         let possible = |rate: &f64| (fps / rate - 1.0).abs() <= slack;
         let units = [3, 2, 1, 0, -2].map(|digits| 10.0_f64.powi(digits));
         let rounded = units.map(|unit| (fps / unit).round() * unit);
@@ -183,12 +170,11 @@ impl Grid {
 
     /// Returns the times as written or, if the clock is coarse and steady, without their rounding.
     fn without_rounding(&self, frames: &[f64], rate: f64) -> Vec<f64> {
-        if self.resolution <= MAX_OFF / rate
-            || first_apart(frames, &self.times, self.resolution, rate).is_some()
-        {
-            return self.times.clone();
+        let is_steady = first_apart(frames, &self.times, self.resolution, rate).is_none();
+        if is_steady && self.resolution > MAX_OFF / rate {
+            return frames.iter().map(|frame| self.times[0] + frame / rate).collect();
         }
-        frames.iter().map(|frame| self.times[0] + frame / rate).collect()
+        self.times.clone()
     }
 
     /// Returns whether the typical spacing fits this rate.
@@ -209,17 +195,14 @@ impl Grid {
         let own = self.spacing.recip();
         if !self.fits(rate) && (!is_stated || own > rate) {
             let why = if is_stated {
-                format!(
-                    ", closer than [video] playback_fps = {rate} allows; expected the rate that they follow, {own:.4}"
-                )
+                format!("playback_fps is {rate}; expected the rate that they follow")
             } else {
                 format!(
-                    " ({own:.4} fps), but [video] capture_fps is {fps}; expected the rate of the camera. If the times are those of slow \
-                     playback, write playback_fps = {own:.4} below it; if they are right and some frames are missing, playback_fps = {fps}; \
-                     if they are not in seconds, [tracks] time_unit"
+                    "capture_fps is {fps}; expected the rate of the camera. If they are those of slow playback, write playback_fps = \
+                     {own:.4} below it; if some frames are missing, playback_fps = {fps}; if they are not in seconds, [tracks] time_unit"
                 )
             };
-            return Err(format!("times are {:.6} s apart{why}", self.spacing));
+            return Err(format!("times are {:.6} s apart ({own:.4} fps), but [video] {why}", self.spacing));
         }
         // the spacing shows how a clock drifts, but a lost frame on a coarse one makes it longer
         let drifting = || self.frames(self.spacing).filter(|_| !is_stated);
@@ -228,29 +211,25 @@ impl Grid {
                 return Err(self.too_coarse(rate));
             }
             note(format!(
-                "times are not spaced like whole frames at {rate} fps throughout; taken as they are written"
+                "times are not spaced like frames at {rate} fps throughout; taken as they are written"
             ));
             return Ok(self.times.iter().map(|t| t * rate / fps).collect());
         };
         let first = self.times.first().copied().unwrap_or_default();
         if let Some(row) = first_apart(&frames, &self.times, self.resolution, rate).filter(|_| !is_stated) {
+            let frame = frames[row];
             note(format!(
-                "after {:.0} frames times are more than half a frame off capture_fps = {fps} (a clock that drifts, or another rate); taken \
-                 as they are written",
-                frames[row]
+                "from frame {frame} on times are half a frame off {fps} fps; taken as they are written"
             ));
             // rounding is averaged out if the clock is steady
-            return Ok(self.without_rounding(&frames, self.mean_rate(Some(&frames))));
+            return Ok(self.without_rounding(&frames, self.mean_rate(&frames)));
         }
         let number = (first * rate).round();
         let is_on_grid = (first - number / rate).abs() <= self.resolution + 1e-6 / rate;
         let start = if is_on_grid { number } else { first * rate };
         let times: Vec<f64> = frames.iter().map(|frame| (start + frame) / fps).collect();
         if self.are_rows {
-            let rounding = self.resolution;
-            note(format!(
-                "times are rounded to {rounding} s; rebuilt from the number of the row at {fps} fps"
-            ));
+            note(format!("times are coarser than frames; rebuilt from the number of the row at {fps} fps"));
         } else if times.iter().zip(&self.times).any(|(new, time)| (new - time).abs() > 1e-6 / fps) {
             note(format!("times as written are replaced by frame number / capture_fps ({fps})"));
         }
@@ -306,28 +285,22 @@ pub(super) fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: 
 
 /// Returns the unit of a time column without one: that which agrees with the frame rate.
 fn guess_unit(shot: &RawShot, rate: Option<f64>) -> Result<Unit, String> {
-    let help = "expected [tracks] time_unit = \"frames\", \"s\", \"ms\" or \"us\"";
     let grid = Grid::of(shot, 1.0);
     let (are_whole, spacing) = (grid.resolution >= 1.0, grid.spacing);
-    let Some(rate) = rate else {
-        if !are_whole && spacing < 0.2 {
-            return Ok(Unit::S);
-        }
-        return Err(format!("the unit of the times is not stated; {help}, and [video] capture_fps"));
-    };
-    let is_near = |unit: &Unit| match unit.seconds() {
-        Some(second) => grid.fits(rate * second),
-        None => are_whole && (spacing - 1.0).abs() < MAX_OFF,
+    let is_near = |unit: &Unit| match (unit.seconds(), rate) {
+        (Some(second), Some(rate)) => grid.fits(rate * second),
+        (Some(second), None) => second == 1.0 && !are_whole && spacing < 0.2,
+        (None, _) => are_whole && rate.is_some() && (spacing - 1.0).abs() < MAX_OFF,
     };
     let units: Vec<Unit> = Unit::S.alike().filter(is_near).collect();
     match units[..] {
         [unit] => Ok(unit),
         // a frame each millisecond: both units agree
-        [Unit::Frames, Unit::Ms] if rate == 1000.0 => Ok(Unit::Frames),
-        [] => Err(format!(
-            "times are {spacing} apart, which at {rate} fps is not a frame or its length in s, ms or µs; {help}, or another rate"
+        [Unit::Frames, Unit::Ms] if rate == Some(1000.0) => Ok(Unit::Frames),
+        _ => Err(format!(
+            "times are {spacing} apart, from which their unit does not follow; expected [tracks] time_unit = \"frames\", \"s\", \
+             \"ms\" or \"us\", and the [video] capture_fps of the camera"
         )),
-        _ => Err(format!("times may be frames or ms at {rate} fps; {help}")),
     }
 }
 

@@ -121,26 +121,25 @@ fn kind(names: &[String], column: usize, at: usize) -> Kind {
 pub(super) fn pairs(names: &[String]) -> Vec<([usize; 2], Kind)> {
     let mut pairs: Vec<([usize; 2], Kind)> = Vec::new();
     for i in 0..names.len() {
-        if let Some((y, at)) = replaced(names, i, "y")
-            && pairs.iter().all(|([_, taken], _)| *taken != y)
-        {
+        let is_free = |y: &usize| pairs.iter().all(|([_, taken], _)| taken != y);
+        if let Some((y, at)) = replaced(names, i, "y").find(|(y, _)| is_free(y)) {
             pairs.push(([i, y], kind(names, i, at)));
         }
     }
     pairs
 }
 
-/// Returns the column with the name of this one, an x replaced by a word, and the place of the x.
-fn replaced(names: &[String], x: usize, word: &str) -> Option<(usize, usize)> {
+/// Returns the columns with the name of this one, an x replaced by a word, and the place of the x.
+fn replaced(names: &[String], x: usize, word: &str) -> impl Iterator<Item = (usize, usize)> {
     let name = &names[x];
-    name.match_indices('x').find_map(|(at, _)| {
+    name.match_indices('x').flat_map(move |(at, _)| {
         let other = format!("{}{word}{}", &name[..at], &name[at + 1..]);
-        Some((names.iter().position(|own| *own == other)?, at))
+        (0..names.len()).filter(move |i| names[*i] == other).map(move |i| (i, at))
     })
 }
 
 pub(super) fn beside(names: &[String], x: usize, word: &str) -> Option<usize> {
-    replaced(names, x, word).map(|(column, _)| column)
+    replaced(names, x, word).next().map(|(column, _)| column)
 }
 
 /// Returns the box, or both boxes of a wide table, that names describe, if certain: the columns of

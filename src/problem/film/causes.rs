@@ -38,13 +38,6 @@ pub(crate) struct Refit {
 }
 
 impl Refit {
-    /// Returns the fit of a changed problem from a state near its end, the noise estimated again;
-    /// `fall` is the decrease at the noise before.
-    fn from(mut problem: Problem, state: State, fall: f64) -> Self {
-        let descent = descend_with_noise(&mut problem, state);
-        Self { problem, descent, fall, finding: None }
-    }
-
     /// Returns a shared unknown with its standard error.
     fn estimate(&self, id: Id) -> Option<(f64, f64)> {
         let sd = Estimates::new(&self.problem, &self.descent.end)?.sd(id as usize)?;
@@ -111,9 +104,10 @@ fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect) -> Option<Freed>
 impl Freed {
     /// Returns the refit with what it finds; `None` if the suspect is not far from what is known.
     fn named(self) -> Option<Refit> {
-        let Self { before, problem, state, fall } = self;
+        let Self { before, mut problem, state, fall } = self;
         let id = before.id;
-        let refit = Refit::from(problem, state, fall);
+        let descent = descend_with_noise(&mut problem, state);
+        let refit = Refit { problem, descent, fall, finding: None };
         let (estimate, sd) = refit.estimate(id)?;
         let (stated, size) = match before.prior {
             Some(Normal { mean, sd: of_prior }) => (mean, (estimate - mean) / sd.hypot(of_prior)),
@@ -162,7 +156,8 @@ pub(crate) fn widen_rate(problem: &Problem, at: &Evaluation, estimates: &Estimat
     }
     let mut wider = problem.clone();
     wider.unknown_mut(id).prior = Some(Normal { mean: stated, sd: POLICY.doubted_rate_sd });
-    let mut refit = Refit::from(wider, at.state.clone(), 0.0);
+    let descent = wider.descend(at.state.clone());
+    let mut refit = Refit { problem: wider, descent, fall: 0.0, finding: None };
     if let Some((estimate, sd)) = refit.estimate(id) {
         let size = (estimate - stated) / sd;
         let conflict = Finding::Conflict { id, stated, estimate, sd, size };

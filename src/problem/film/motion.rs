@@ -15,11 +15,6 @@ use crate::physics::collision::{Model, NotACollision};
 use crate::problem::frames;
 use crate::problem::unknowns::{Id, Own, Shared};
 
-/// Real motion is smooth at the jumps of an idealised model, so that χ² is smooth when a frame
-/// passes one: a contact of the balls lasts, and a landing, if it lasts 1 ms, moves a ball by less
-/// than 6 µm.
-const SMOOTHING: Smoothing = Smoothing { contact: Model::CONTACT_TIME, landing: 5e-4, speed: SMOOTH_SPEED };
-
 /// Number of coefficients of x, y and height: the constant, those per s and per s²/2.
 pub(super) const COEFFICIENTS: usize = 9;
 
@@ -55,9 +50,18 @@ pub(super) fn locate(at: &[f64], time: f64) -> (Point, f64) {
     (Point::new(coordinate(0), coordinate(1)), coordinate(2))
 }
 
-/// Returns the action of the cloth on balls of this moment of inertia. A wrong frame rate changes
-/// what accelerates balls, not an impact.
-fn forces(shared: &Shared, inertia: f64) -> Forces<Dual> {
+/// Returns the widths of the jumps of an idealised motion. Real motion is smooth there, so that χ²
+/// is smooth when a frame passes one: a contact of the balls lasts, and so does a landing, for 1 ms
+/// or, as in an exposure, for half of a frame, in which a ball moves by less than 25 µm at 120
+/// frames/s.
+fn smoothing(fps: f64) -> Smoothing {
+    let landing = (0.25 / fps).max(5e-4);
+    Smoothing { contact: Model::CONTACT_TIME, landing, speed: SMOOTH_SPEED }
+}
+
+/// Returns the action of the cloth on balls of this moment of inertia, seen at a frame rate. A wrong
+/// rate changes what accelerates balls, not an impact.
+fn forces(shared: &Shared, inertia: f64, fps: f64) -> Forces<Dual> {
     let rate = shared.dual(Id::Rate);
     let gravity = (rate * rate).recip() * GRAVITY;
     Forces {
@@ -67,7 +71,7 @@ fn forces(shared: &Shared, inertia: f64) -> Forces<Dual> {
         gravity,
         tilt: DualVector::new(shared.dual(Id::TiltX), shared.dual(Id::TiltY)) * gravity,
         inertia,
-        smoothing: SMOOTHING,
+        smoothing: smoothing(fps),
     }
 }
 
@@ -126,7 +130,7 @@ impl Struck {
         let frames = at.shot.tracks.iter().flatten();
         let last = frames.map(|frame| frame.time + camera.delay(frame.seen, 0.0)).reduce(f64::max);
         let until = last.map_or(f64::INFINITY, |last| last - at.own[own::TIME]);
-        let forces = forces(shared, object.inertia);
+        let forces = forces(shared, object.inertia, at.shot.fps);
         let object_place = DualVector::new(self.inputs[own::X], self.inputs[own::Y]);
         // the centres of balls that begin to touch are 2√(R_c R_o) apart, and v_n T/2 less in the
         // middle of a contact of duration T
