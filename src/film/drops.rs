@@ -63,9 +63,10 @@ fn count_lost(samples: &[Sample], i: usize, frame: f64) -> Option<f64> {
         // both lines at the frames between which a frame may be missing
         let lines = [0, 1].map(|i| line(sides[i], times[i]));
         let squares = (0..2).flat_map(|i| residuals(lines[i], times[i], sides[i])).map(|off| off * off);
-        let count = sides[0].len() + sides[1].len();
+        // two numbers determine each line
+        let freedom = (sides[0].len() + sides[1].len() - 4) as f64;
         // of a step, the difference of two places
-        let noise = (2.0 * squares.sum::<f64>() / count as f64).sqrt();
+        let noise = (2.0 * squares.sum::<f64>() / freedom).sqrt();
         let [before, after] = lines.map(|[_, velocity]| velocity * frame);
         let typical = (before + after) * 0.5;
         let length = typical.norm();

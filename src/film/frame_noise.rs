@@ -7,26 +7,22 @@
 use statrs::function::erf::erfc;
 
 use crate::measurement::track::{Sample, TrackShot};
-use crate::numerics::{SIGNIFICANT, median};
+use crate::numerics::{NORMAL_MEDIAN, SIGNIFICANT, median};
 
 /// Frames on either side of an instant from which the noise near it is estimated.
 const NOISE_FRAMES: f64 = 30.0;
 
 pub(super) const COORDINATES: [fn(&Sample) -> f64; 2] = [|s| s.x, |s| s.y];
 
-/// Mean of the smaller half of the absolute values of a normal distribution, in units of its
-/// standard deviation: 4(φ(0) − φ(0.6745)).
-const SMALLER_HALF: f64 = 0.3247;
-
 /// Least noise assumed, m: it keeps exact synthetic tracks finite. Places nearer to each other are
 /// the same.
 pub(crate) const MIN_NOISE_M: f64 = 1e-8;
 
 /// Returns the noise of a coordinate of balls, m, from the second differences of consecutive
-/// frames, in which a smooth motion leaves only its acceleration: the mean of the smaller half of
-/// |Δ²x|, over 0.3247 √(6 − 8ρ + 2ρ²) with ρ the correlation of neighbouring frames. Half of the
-/// frames may be wrong, and multiples of a grid are averaged. The noise is at least the rounding
-/// error of the grid. A ball at rest that a program holds in place does not count.
+/// frames, in which a smooth motion leaves only its acceleration:
+/// median |Δ²x|/0.6745/√(6 − 8ρ + 2ρ²), with ρ the correlation of neighbouring frames. The noise is
+/// at least the rounding error of the coordinates' grid. A ball at rest that a program holds in
+/// place does not count.
 pub(crate) fn noise(shot: &TrackShot) -> f64 {
     let all = triples(&[&shot.cue, &shot.object], shot.fps.recip());
     let free: Vec<&[Sample]> = all.iter().copied().filter(|three| !is_held(three)).collect();
@@ -48,18 +44,19 @@ pub(crate) fn noise_of_near(tracks: &[&[Sample]], shot: &TrackShot, instant: f64
 
 /// Returns the noise estimated from triples of positions.
 fn estimate(triples: &[&[Sample]], shot: &TrackShot) -> f64 {
-    let least = MIN_NOISE_M.max(rounding(shot.resolution[0].min(shot.resolution[1])));
+    let [finer, coarser] = [f64::min, f64::max].map(|of| of(shot.resolution[0], shot.resolution[1]));
+    let least = MIN_NOISE_M.max(rounding(finer));
     let constant = constant_axis_of(triples);
     let moving = (0..2).filter(|axis| constant != Some(*axis));
     let mut differences: Vec<f64> =
         moving.flat_map(|axis| triples.iter().map(move |three| bend(three, COORDINATES[axis]))).collect();
+    if differences.is_empty() {
+        return least;
+    }
     differences.sort_by(f64::total_cmp);
-    let smaller = &differences[..differences.len().div_ceil(2)];
-    let mean = smaller.iter().sum::<f64>() / smaller.len() as f64;
     let rho = shot.correlation;
     let differs = (6.0 - 8.0 * rho + 2.0 * rho * rho).sqrt();
-    // without any the mean is NaN
-    (mean / SMALLER_HALF / differs).max(least)
+    (median_of_multiples(&differences, coarser) / NORMAL_MEDIAN / differs).max(least)
 }
 
 /// Returns whether positions are exactly the same.
@@ -132,4 +129,78 @@ pub(crate) fn repeats(samples: &[Sample], noise: f64, step: f64, are_balls: bool
         }
     }
     repeats
+}
+
+/// Returns the median before rounding of absolute values that are multiples of `step`, interpolated
+/// by counts within its class. A step of 0 gives the plain median.
+pub(crate) fn median_of_multiples(sorted: &[f64], step: f64) -> f64 {
+    let half = 0.5 * sorted.len() as f64;
+    let Some(median) = sorted.get(sorted.len() / 2).copied() else { return f64::NAN };
+    let below = sorted.partition_point(|x| *x < median - 0.5 * step);
+    let within = sorted.partition_point(|x| *x < median + 0.5 * step) - below;
+    if !(step > 0.0) || within == 0 {
+        return median;
+    }
+    let low = (median - 0.5 * step).max(0.0);
+    low + (median + 0.5 * step - low) * (half - below as f64) / within as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::measurement::spin::Spin;
+
+    #[test]
+    fn the_noise_of_tracks_that_have_only_some_frames() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        // the sum of twelve uniform numbers has the variance 1
+        let mut normal = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+        let mut place = |t: f64| [1300.0 + 5000.0 * t + normal(), 700.0 + normal()];
+        let all: Vec<Sample> =
+            (0..4000).map(|n| f64::from(n) / 500.0).map(|t| Sample::new(t, place(t))).collect();
+        for (what, every, kept) in
+            [("all", 1, 1), ("half", 2, 1), ("two of three", 3, 2), ("two of four", 4, 2)]
+        {
+            let some: Vec<Sample> = (0..all.len()).filter(|n| n % every < kept).map(|n| all[n]).collect();
+            let noise = noise(&TrackShot::new("", 500.0, Spin::Stun, [some.clone(), some]));
+            assert!((noise - 1.0).abs() < 0.05, "{what}: {noise}");
+        }
+    }
+
+    fn samples(x: impl Fn(usize) -> f64) -> Vec<Sample> {
+        (0..20).map(|i| Sample { t: i as f64, x: x(i), y: i as f64, sd: None }).collect()
+    }
+
+    #[test]
+    fn what_repeats_with_the_same_error_counts_once() {
+        let lies = samples(|_| 0.3);
+        assert!(repeats(&lies, 2e-4, 5e-4, true).iter().all(|repeat| *repeat == [20.0, 1.0]));
+        // one coordinate held by the tracker
+        assert!(repeats(&lies, 1e-4, 0.0, true).iter().all(|repeat| *repeat == [20.0, 1.0]));
+        // a ball at rest whose place never changes, and a disc
+        let rests = [Sample { t: 0.0, x: 0.0, y: 0.0, sd: None }; 25];
+        assert!(repeats(&rests, 1e-4, 0.0, true).iter().all(|repeat| *repeat == [5.0, 5.0]));
+        assert!(repeats(&rests, 1e-4, 0.0, false).iter().all(|repeat| *repeat == [25.0, 25.0]));
+        assert!(repeats(&rests, 1e-4, 5e-4, true).iter().all(|repeat| *repeat == [25.0, 25.0]));
+        let flips = samples(|i| if i % 10 == 9 { 1.0 } else { 0.0 });
+        assert_eq!(repeats(&flips, 0.3, 1.0, true)[0], [9.0, 1.0]);
+        assert_eq!(repeats(&flips, 0.3, 1.0, true)[9], [1.0, 1.0]);
+        // noise of a whole step: three equal numbers are chance
+        let thrice = samples(|i| (i / 3 % 2) as f64);
+        assert_eq!(repeats(&thrice, 1.0, 1.0, true)[3], [1.0, 1.0]);
+    }
+
+    #[test]
+    fn the_median_of_rounded_numbers_is_that_of_the_numbers() {
+        let exact: Vec<f64> = (0..1000).map(|i| f64::from(i) * 2.6e-3).collect();
+        let rounded: Vec<f64> = exact.iter().map(|x| x.round()).collect();
+        let tolerance = (rounded.len() as f64).sqrt().recip();
+        assert!((median_of_multiples(&rounded, 1.0) - 1.3).abs() < tolerance);
+        assert_eq!(median_of_multiples(&exact, 0.0), exact[500]);
+        assert!(median_of_multiples(&[], 1.0).is_nan());
+        assert!(median_of_multiples(&[0.0; 9], 1.0) <= 0.5);
+    }
 }

@@ -52,4 +52,10 @@ pub(crate) enum Unusable {
          {most_mm:.1} mm apart; check in [tracks] cue and object which points are on which disc"
     )]
     NotRigid { disc: &'static str, first: String, second: String, least_mm: f64, most_mm: f64 },
+    /// χ² per degree of freedom next to the impact, and the root mean square of the residuals
+    /// there, mm.
+    #[error(
+        "its motion fits no single collision: χ²/dof is {reduced_chi2:.1} even next to the impact, where the fit is off by {rms_mm:.2} mm"
+    )]
+    BadFit { reduced_chi2: f64, rms_mm: f64 },
 }

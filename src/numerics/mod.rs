@@ -9,6 +9,9 @@ pub mod least_squares;
 #[cfg(feature = "fit")]
 pub(crate) mod number;
 
+/// Median absolute deviation of a normal distribution, in units of its standard deviation.
+pub(crate) const NORMAL_MEDIAN: f64 = 0.6745;
+
 /// Standard errors from which on a deviation is not chance: probability 6e-7.
 pub(crate) const SIGNIFICANT: f64 = 5.0;
 

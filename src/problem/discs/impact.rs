@@ -17,6 +17,10 @@ use crate::problem::film::camera::Point;
 use crate::problem::frames::PicturePaths;
 use crate::problem::policy::POLICY;
 
+/// Part of the distance of the centres by which the frames of a collision are off the paths at
+/// most.
+const MAX_FRAME_DEVIATION: f64 = 0.02;
+
 /// The column of the distance of the centres.
 const DISTANCE: &str = "contact_distance_mm";
 
@@ -79,11 +83,16 @@ impl DiscImpact {
         ))
     }
 
-    /// Returns the reason for which the shot cannot be used: it shows other discs than those with
-    /// these radii.
+    /// Returns the reason for which the shot cannot be used: its frames show no single collision,
+    /// or other discs than those with these radii.
     pub(super) fn find_unusable(&self, radii: Option<[f64; 2]>) -> Option<Unusable> {
         // films of one dimension show no distance
         self.get("impulse_ratio")?;
+        let distance = 1e-3 * self.get(DISTANCE)?.value.abs();
+        if distance > 0.0 && self.position_sd > MAX_FRAME_DEVIATION * distance {
+            let rms_mm = 1e3 * self.position_sd;
+            return Some(Unusable::BadFit { reduced_chi2: self.misfit, rms_mm });
+        }
         let expected = 1e3 * radii?.into_iter().sum::<f64>();
         let [measured, error] = self.find_difference(DISTANCE, expected, DISTANCE_SD * expected)?;
         Some(Unusable::Separation { measured, expected, error })
