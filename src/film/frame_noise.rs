@@ -12,7 +12,7 @@ use crate::numerics::{NORMAL_MEDIAN, SIGNIFICANT, median};
 /// Frames on either side of an instant from which the noise near it is estimated.
 const NOISE_FRAMES: f64 = 30.0;
 
-const COORDINATES: [fn(&Sample) -> f64; 2] = [|s| s.x, |s| s.y];
+pub(super) const COORDINATES: [fn(&Sample) -> f64; 2] = [|s| s.x, |s| s.y];
 
 /// Least noise assumed, m: it keeps exact synthetic tracks finite. Places nearer to each other are
 /// the same.
@@ -39,12 +39,7 @@ pub(crate) fn noise_of_near(tracks: &[&[Sample]], shot: &TrackShot, instant: f64
         |samples: &[Sample], frames: f64| samples.partition_point(|s| s.t < instant + frames / shot.fps);
     let near = |samples: &&'_ [Sample]| until(samples, -NOISE_FRAMES)..until(samples, NOISE_FRAMES);
     let near: Vec<&[Sample]> = tracks.iter().map(|samples| &samples[near(samples)]).collect();
-    noise_of(&near, shot)
-}
-
-/// Returns the noise of parts of tracks of a shot.
-pub(crate) fn noise_of(tracks: &[&[Sample]], shot: &TrackShot) -> f64 {
-    estimate(&triples(tracks, shot.fps.recip()), shot)
+    estimate(&triples(&near, shot.fps.recip()), shot)
 }
 
 /// Returns the noise estimated from triples of positions.
@@ -80,11 +75,7 @@ fn constant_axis_of(pieces: &[&[Sample]]) -> Option<usize> {
     let first = samples().next()?;
     let is_constant = |pick: &fn(&Sample) -> f64| samples().all(|sample| pick(sample) == pick(first));
     let [x, y] = COORDINATES.each_ref().map(is_constant);
-    match [x, y] {
-        [true, false] => Some(0),
-        [false, true] => Some(1),
-        _ => None,
-    }
+    (x != y).then_some(usize::from(y))
 }
 
 /// Returns the triples of successive samples that are as close in time as the median: consecutive
@@ -174,7 +165,7 @@ mod tests {
             [("all", 1, 1), ("half", 2, 1), ("two of three", 3, 2), ("two of four", 4, 2)]
         {
             let some: Vec<Sample> = (0..all.len()).filter(|n| n % every < kept).map(|n| all[n]).collect();
-            let noise = noise_of(&[&some, &some], &TrackShot::new("", 500.0, Spin::Stun, [vec![], vec![]]));
+            let noise = noise(&TrackShot::new("", 500.0, Spin::Stun, [some.clone(), some]));
             assert!((noise - 1.0).abs() < 0.05, "{what}: {noise}");
         }
     }

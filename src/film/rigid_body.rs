@@ -1,6 +1,6 @@
 //! The centre of the circle through points fixed on a body that moves in a plane.
 
-use nalgebra::{Isometry2, Matrix2, Point2, UnitComplex, Vector2};
+use nalgebra::Complex;
 
 use crate::measurement::track::Sample;
 use crate::numerics::median;
@@ -11,8 +11,8 @@ const ROUNDS: usize = 8;
 /// Ratio of the circle's radius to the spread of the points above which they lie on one line.
 const MAX_RADIUS_RATIO: f64 = 100.0;
 
-/// A place, m.
-type Point = Point2<f64>;
+/// A place x + iy, m.
+type Point = Complex<f64>;
 
 /// Returns the centre, in every frame, of a body whose markers stand on a circle about it.
 ///
@@ -31,8 +31,8 @@ pub(crate) fn circle_centres(markers: &[&[Sample]]) -> Result<Vec<Sample>, Strin
         ));
     }
     let frames = frames(markers);
-    let whole = |points: &Vec<Option<[f64; 2]>>| points.iter().map(|p| p.map(Point::from)).collect();
-    let complete: Vec<Vec<Point>> = frames.iter().filter_map(|(_, points)| whole(points)).collect();
+    let complete: Vec<Vec<Point>> =
+        frames.iter().filter_map(|(_, points)| points.iter().copied().collect()).collect();
     let Some(shape) = shape(&complete) else {
         return Err("no frame has all points on the disc; expected some that do".to_string());
     };
@@ -41,10 +41,10 @@ pub(crate) fn circle_centres(markers: &[&[Sample]]) -> Result<Vec<Sample>, Strin
             .to_string()
     })?;
     let placed = frames.into_iter().filter_map(|(t, points)| {
-        let seen = shape.iter().zip(points).filter_map(|(own, seen)| Some((*own, Point::from(seen?))));
+        let seen = shape.iter().zip(points).filter_map(|(own, seen)| Some((*own, seen?)));
         let (from, to): (Vec<Point>, Vec<Point>) = seen.unzip();
-        let place = (to.len() >= 2).then(|| pose(&from, &to) * centre)?;
-        Some(Sample::new(t, place.into()))
+        let place = (to.len() >= 2).then(|| pose(&from, &to)(centre))?;
+        Some(Sample::new(t, [place.re, place.im]))
     });
     Ok(placed.collect())
 }
@@ -54,116 +54,59 @@ pub(crate) fn circle_centres(markers: &[&[Sample]]) -> Result<Vec<Sample>, Strin
 fn shape(complete: &[Vec<Point>]) -> Option<Vec<Point>> {
     let mut shape = complete.get(complete.len() / 2)?.clone();
     for _ in 0..ROUNDS {
-        let placed: Vec<Vec<Point>> = complete
-            .iter()
-            .map(|points| {
-                let pose = pose(points, &shape);
-                points.iter().map(|point| pose * point).collect()
-            })
-            .collect();
-        let typical = |marker: usize, axis: usize| median(placed.iter().map(|p| p[marker][axis]).collect());
-        shape = (0..shape.len()).map(|marker| Point::new(typical(marker, 0), typical(marker, 1))).collect();
+        let place = |points: &Vec<Point>| points.iter().copied().map(pose(points, &shape)).collect();
+        let placed: Vec<Vec<Point>> = complete.iter().map(place).collect();
+        let typical = |marker: usize, pick: fn(&Point) -> f64| {
+            median(placed.iter().map(|points| pick(&points[marker])).collect())
+        };
+        shape = (0..shape.len()).map(|i| Point::new(typical(i, |p| p.re), typical(i, |p| p.im))).collect();
     }
     Some(shape)
 }
 
+/// Returns the sample of a track at an instant.
+pub(crate) fn sample_at(samples: &[Sample], t: f64) -> Option<&Sample> {
+    samples.get(samples.partition_point(|s| s.t < t)).filter(|s| s.t == t)
+}
+
 /// Returns the points of every frame that has any, in the order of time.
-pub(crate) fn frames(markers: &[&[Sample]]) -> Vec<(f64, Vec<Option<[f64; 2]>>)> {
+fn frames(markers: &[&[Sample]]) -> Vec<(f64, Vec<Option<Point>>)> {
     let mut times: Vec<f64> = markers.iter().flat_map(|samples| samples.iter().map(|s| s.t)).collect();
     times.sort_by(f64::total_cmp);
     times.dedup();
-    let at = |samples: &[Sample], t: f64| {
-        let i = samples.partition_point(|s| s.t < t);
-        samples.get(i).filter(|s| s.t == t).map(|s| [s.x, s.y])
-    };
-    times.into_iter().map(|t| (t, markers.iter().map(|samples| at(samples, t)).collect())).collect()
+    let place = |samples: &[Sample], t: f64| sample_at(samples, t).map(|s| Point::new(s.x, s.y));
+    times.into_iter().map(|t| (t, markers.iter().map(|samples| place(samples, t)).collect())).collect()
 }
 
 /// Returns times and distances of two points, in the frames that have both.
 pub(crate) fn distances(a: &[Sample], b: &[Sample]) -> Vec<(f64, f64)> {
-    let distance = |(time, places): (f64, Vec<Option<[f64; 2]>>)| match places[..] {
-        [Some([x, y]), Some([u, v])] => Some((time, (u - x).hypot(v - y))),
-        _ => None,
-    };
-    frames(&[a, b]).into_iter().filter_map(distance).collect()
+    let distance = |a: &Sample| sample_at(b, a.t).map(|b| (a.t, (b.x - a.x).hypot(b.y - a.y)));
+    a.iter().filter_map(distance).collect()
 }
 
-/// Returns the motion that brings the first points nearest to the second.
-fn pose(from: &[Point], to: &[Point]) -> Isometry2<f64> {
+/// Returns the motion that brings the first points nearest to the second: a turn about their mean
+/// by the angle of Σ p̄q, and a shift.
+fn pose(from: &[Point], to: &[Point]) -> impl Fn(Point) -> Point + use<> {
     let (a, b) = (mean(from), mean(to));
-    let (mut along, mut across) = (0.0, 0.0);
-    for (p, q) in from.iter().zip(to) {
-        let (p, q) = (p.coords - a, q.coords - b);
-        along += p.dot(&q);
-        across += p.perp(&q);
-    }
-    let turn = UnitComplex::new(across.atan2(along));
-    Isometry2::from_parts((b - turn * a).into(), turn)
+    let turn: Point = from.iter().zip(to).map(|(p, q)| (p - a).conj() * (q - b)).sum();
+    let turn = Point::from_polar(1.0, turn.arg());
+    move |point| b + turn * (point - a)
 }
 
-fn mean(points: &[Point]) -> Vector2<f64> {
-    points.iter().map(|p| p.coords).sum::<Vector2<f64>>() / points.len() as f64
+fn mean(points: &[Point]) -> Point {
+    points.iter().sum::<Point>() / points.len() as f64
 }
 
-/// Returns the centre of the circle nearest to points: |p|² = 2c·p + (R² − |c|²) is linear in its
-/// unknowns (Kåsa 1976), and exact for three points.
+/// Returns the centre c of the circle nearest to points: |p|² = 2c·p + (R² − |c|²) is linear in its
+/// unknowns (Kåsa 1976), and exact for three points. About their mean it is c Σ|p|² + c̄ Σp² =
+/// Σ|p|²p.
 fn circle(points: &[Point]) -> Option<Point> {
     let middle = mean(points);
-    let off = || points.iter().map(|p| p.coords - middle);
-    let normal: Matrix2<f64> = off().map(|p| p * p.transpose()).sum();
-    let moments: Vector2<f64> = off().map(|p| p * p.norm_squared()).sum();
-    let centre = normal.try_inverse()? * moments * 0.5;
-    let spread = (normal.trace() / points.len() as f64).sqrt();
-    (centre.norm() < MAX_RADIUS_RATIO * spread).then(|| Point::from(middle + centre))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::numerics::EXACT;
-
-    fn markers(count: usize) -> (Vec<Vec<Sample>>, Vec<[f64; 2]>) {
-        let mut markers = vec![Vec::new(); count];
-        let mut centres = Vec::new();
-        for frame in 0..40 {
-            let t = frame as f64 * 0.002;
-            let (angle, centre) = (20.0 * t, [0.3 + 0.5 * t, 0.2 - 0.8 * t]);
-            for (i, samples) in markers.iter_mut().enumerate() {
-                let (sin, cos) = (angle + 1.9 * i as f64).sin_cos();
-                let wrong = if frame == 7 && i == 1 { 0.1 } else { 0.0 };
-                if (frame + i) % 9 != 0 {
-                    let (x, y) = (centre[0] + 0.023 * cos + wrong, centre[1] + 0.023 * sin);
-                    samples.push(Sample { t, x, y, sd: None });
-                }
-            }
-            centres.push(centre);
-        }
-        (markers, centres)
-    }
-
-    #[test]
-    fn the_centre_is_found_from_turning_markers_with_gaps() {
-        for count in [3, 5] {
-            let (markers, centres) = markers(count);
-            let slices: Vec<_> = markers.iter().map(Vec::as_slice).collect();
-            let placed = circle_centres(&slices).unwrap();
-            assert_eq!(placed.len(), 40);
-            for (i, (sample, [x, y])) in placed.iter().zip(&centres).enumerate() {
-                let off = (sample.x - x).hypot(sample.y - y);
-                assert!(off < EXACT || i == 7, "{count} markers, frame {i}: {off}");
-            }
-        }
-    }
-
-    #[test]
-    fn what_has_no_centre_is_refused() {
-        let (markers, _) = markers(3);
-        let two: Vec<_> = markers.iter().take(2).map(Vec::as_slice).collect();
-        assert!(circle_centres(&two).unwrap_err().contains("three"));
-        let line: Vec<Vec<Sample>> = (0..3)
-            .map(|i| vec![Sample { t: 0.0, x: f64::from(i), y: 2.0 * f64::from(i), sd: None }])
-            .collect();
-        let line: Vec<_> = line.iter().map(Vec::as_slice).collect();
-        assert!(circle_centres(&line).unwrap_err().contains("one line"));
-    }
+    let off = || points.iter().map(|p| p - middle);
+    let square: f64 = off().map(|p| p.norm_sqr()).sum();
+    let product: Point = off().map(|p| p * p).sum();
+    let moment: Point = off().map(|p| p * p.norm_sqr()).sum();
+    let centre = (moment * square - product * moment.conj()) / (square * square - product.norm_sqr());
+    let spread = (square / points.len() as f64).sqrt();
+    (centre.norm() < MAX_RADIUS_RATIO * spread).then(|| middle + centre)
 }

@@ -17,13 +17,6 @@ impl Bodies {
             Self::Discs => ["first disc", "second disc"],
         }
     }
-
-    const fn no_collision(self) -> &'static str {
-        match self {
-            Self::Balls => "the object ball is not set in motion by the cue ball",
-            Self::Discs => "the discs do not come near each other and part again with other velocities",
-        }
-    }
 }
 
 /// Reason for which no impact could be extracted from a shot.
@@ -35,7 +28,10 @@ pub(crate) enum Unusable {
         frames[0], bodies.names()[0], frames[1], bodies.names()[1]
     )]
     TooShort { bodies: Bodies, frames: [usize; 2], least: usize },
-    #[error("no collision found: {}", .0.no_collision())]
+    #[error("no collision found: {}", match .0 {
+        Bodies::Balls => "the object ball is not set in motion by the cue ball",
+        Bodies::Discs => "the discs do not come near each other and part again with other velocities",
+    })]
     NoCollision(Bodies),
     /// Number of frames of a body before or after the impact, and the least number.
     #[error("too few frames of the {body} {when} the impact: {frames}; expected at least {least}")]
@@ -62,11 +58,4 @@ pub(crate) enum Unusable {
         "its motion fits no single collision: χ²/dof is {reduced_chi2:.1} even next to the impact, where the fit is off by {rms_mm:.2} mm"
     )]
     BadFit { reduced_chi2: f64, rms_mm: f64 },
-}
-
-impl Unusable {
-    /// Returns the error for too few frames of a body (0, 1) before (0) or after (1) the impact.
-    pub(crate) fn too_few(bodies: Bodies, [body, side]: [usize; 2], frames: usize, least: usize) -> Self {
-        Self::TooFew { body: bodies.names()[body], when: ["before", "after"][side], frames, least }
-    }
 }

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use nalgebra::DVector;
 
-use super::lines::Stuck;
 use super::motion::{COEFFICIENTS, Dual, Motion, follow, impulse_ratio, list_moving, locate, restitution};
 use super::own::{self, CORE, Component, spreads};
+use super::stuck::Stuck;
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::{Camera, Point};
 use crate::problem::film::dual::{constant, gradient};
@@ -17,7 +17,6 @@ use crate::problem::unknowns::{CAMERA, Normal, Own, PHYSICS, SHARED, Shared};
 /// Prior standard deviation of an unknown offset, over the normal impulse or the closing speed, and
 /// of an unknown distance of the centres, m.
 const ANY: f64 = 3.0;
-const ANY_DISTANCE: f64 = 1e3;
 
 /// Number of noises of a shot: of each disc along x and along y.
 pub(super) const NOISES: usize = 4;
@@ -85,19 +84,19 @@ impl DiscBlock {
 
     /// Follows both discs of shot `i` through the impact; `None` if they do not approach.
     pub(super) fn follow(&self, i: usize, own: &Own, shared: &Shared) -> Option<Motion> {
-        let shot = &self.shots[i];
-        follow(shot.stuck.is_some(), own, shared, &self.discs)
+        follow(self.shots[i].stuck.is_some(), own, shared, &self.discs)
     }
 
-    /// Returns the used frames of each track of shot `i`, whitened; an empty list if the discs do
-    /// not approach.
-    pub(super) fn sights(&self, i: usize, own: &Own, shared: &Shared) -> Vec<Vec<Sight<ROW>>> {
-        self.follow(i, own, shared).map_or_else(Vec::new, |motion| self.look(i, &motion, own, shared))
-    }
-
-    /// Returns the used frames of each track of shot `i`, whitened. Errors before the impact and
-    /// after it count as independent: the frames between are left out.
-    fn look(&self, i: usize, motion: &Motion, own: &Own, shared: &Shared) -> Vec<Vec<Sight<ROW>>> {
+    /// Returns the motion of shot `i`, and the used frames of each track, whitened; `None` if the
+    /// discs do not approach. Errors before the impact and after it count as independent: the
+    /// frames between are left out.
+    pub(super) fn sights(
+        &self,
+        i: usize,
+        own: &Own,
+        shared: &Shared,
+    ) -> Option<(Motion, Vec<Vec<Sight<ROW>>>)> {
+        let motion = self.follow(i, own, shared)?;
         let dual = |i: usize, value: f64| constant::<POINT>(value).derivative(i);
         let (instant, camera) = (own[own::TIME], Camera::new(shared));
         let see = |PointTrack { disc, marker, frames }: &PointTrack| {
@@ -124,19 +123,20 @@ impl DiscBlock {
                 (side, rows(frame, seen, &by, (by_time, frame_s), Point::new(x.sd, y.sd)))
             })
         };
-        self.shots[i].tracks.iter().map(see).collect()
+        let sights = self.shots[i].tracks.iter().map(see).collect();
+        Some((motion, sights))
     }
 
     /// Returns the sums of shot `i`, with what is known of its own unknowns.
     pub(crate) fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
         let (shot, count) = (&self.shots[i], own.len());
-        let Some(motion) = self.follow(i, own, shared) else {
+        let Some((motion, sights)) = self.sights(i, own, shared) else {
             return Contribution::impossible(count, SHARED, self.noise.len());
         };
         let mut total = Contribution::empty(count, SHARED, self.noise.len());
         total.sums.sticks = shot.stuck.is_some();
         let inputs = places_of_inputs(count);
-        for (track, sights) in shot.tracks.iter().zip(self.look(i, &motion, own, shared)) {
+        for (track, sights) in shot.tracks.iter().zip(sights) {
             // without a marker its derivatives are 0
             let [direction, radius] = track.marker.unwrap_or([own::TIME; 2]);
             let by_camera = (0..CAMERA).map(|i| count + PHYSICS + i);
@@ -188,7 +188,7 @@ impl DiscBlock {
                 // the law has it
                 own::RESTITUTION if self.has_law => continue,
                 own::RATIO if self.shows_friction(i) => continue,
-                own::DISTANCE if shot.flat.is_some() => stated(ANY_DISTANCE),
+                own::DISTANCE if shot.flat.is_some() => stated(ANY),
                 own::RESTITUTION..own::SLOWING if !self.has_law || places.start == own::RATIO => stated(ANY),
                 _ => OwnPrior::Spread(which),
             };

@@ -6,15 +6,16 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::block::{DiscBlock, NOISES, PointTrack, ShotFrames};
-use super::lines::{Meeting, Stuck, turning};
 use super::own::{self, CORE, DISTANCE_SD, list_unknowns, spreads};
-use crate::film::frame_noise::{self, MIN_NOISE_M};
+use super::stuck::Stuck;
+use crate::film::frame_noise::{MIN_NOISE_M, constant_axis, noise_of_near};
+use crate::film::meeting::{LEAST, Line, Meeting, lines_beside};
 use crate::film::rigid_body;
 use crate::film::unusable::{Bodies, Unusable};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Sample, TrackShot, TrackedBall};
-use crate::numerics::median;
+use crate::numerics::{median, wrap};
 use crate::problem::film::camera::Point;
 use crate::problem::film::film_data::{Film, FilmError, Reading, repair_drops};
 use crate::problem::sums::Noise;
@@ -38,8 +39,6 @@ struct Guessed {
     shot: TrackShot,
     meeting: Meeting,
     stuck: Option<Stuck>,
-    /// The coordinate that never changes in a film of one dimension.
-    flat: Option<usize>,
 }
 
 impl Film<DiscBlock> {
@@ -70,14 +69,14 @@ impl Film<DiscBlock> {
         let stated = discs.radii.map(|[first, second]| first + second);
         let unit = stated.filter(|_| tracks.from_balls).map_or(1.0, |stated| stated / distance);
         let means = [unit * distance, typical(&Meeting::mass_ratio)];
-        let is_flat = guessed.iter().any(|guessed| guessed.flat.is_some());
+        let is_flat = guessed.iter().any(|guessed| constant_axis(&guessed.shot).is_some());
         let unknowns = list_unknowns(dataset, tracks, &discs, means, (guessed.len(), is_flat));
         let shared = Shared::starts(&unknowns);
         let reading = Reading { middle, unit, states_noise: false, may_be_held: false };
         let frames = guessed.iter().map(|guessed| guessed.read(&reading, &shared));
         let (shots, own): (Vec<ShotFrames>, Vec<Own>) = frames.unzip();
         let noise = |Guessed { shot, meeting, .. }: &Guessed| {
-            let sd = frame_noise::noise_of_near(&[&shot.cue, &shot.object], shot, meeting.time);
+            let sd = noise_of_near(&[&shot.cue, &shot.object], shot, meeting.time);
             // lines through the frames next to an impact miss the discs by as much
             let sd = unit * (DISTANCE_SD * meeting.relative(0)[0].norm()).max(EXTRAPOLATED * sd);
             [Noise { sd, rho: shot.correlation }; NOISES]
@@ -93,18 +92,23 @@ impl Film<DiscBlock> {
 impl Guessed {
     fn new(shot: TrackShot) -> Result<Self, (String, Unusable)> {
         let stuck = Stuck::find(&shot);
-        let meeting = Meeting::find(&shot, stuck.as_ref());
+        // the lines after it are those of no disc
+        let meeting = match stuck {
+            Some(Stuck { settling, .. }) => Meeting::beside(&shot, Bodies::Discs, settling[0]),
+            None => Meeting::find(&shot, Bodies::Discs),
+        };
         // points that are not on one disc explain all other faults
         let rigid = check_rigidity(&shot, meeting.as_ref().ok().map(|meeting| meeting.time));
         match rigid.and(meeting) {
-            Ok(meeting) => Ok(Self { flat: frame_noise::constant_axis(&shot), shot, meeting, stuck }),
+            Ok(meeting) => Ok(Self { shot, meeting, stuck }),
             Err(why) => Err((shot.name, why)),
         }
     }
 
     /// Returns the frames of the shot and a first guess of its own unknowns.
     fn read(&self, reading: &Reading, shared: &Shared) -> (ShotFrames, Own) {
-        let Self { shot, meeting, stuck, flat } = self;
+        let Self { shot, meeting, stuck } = self;
+        let flat = constant_axis(shot);
         let Reading { middle, unit, .. } = *reading;
         let (mut own, mut tracks) = (vec![0.0; CORE], Vec::new());
         let (mut turns, mut position_sd) = ([false; 2], [0.0; 2]);
@@ -115,7 +119,7 @@ impl Guessed {
                 frames.retain(|frame| frame.used);
                 if let Some(axis) = flat {
                     for frame in &mut frames {
-                        frame.weight[*axis] = 0.0;
+                        frame.weight[axis] = 0.0;
                     }
                 }
                 tracks.push(PointTrack { disc, marker, frames });
@@ -124,7 +128,7 @@ impl Guessed {
             let points: Vec<&[Sample]> = points.map(|marker| &marker.samples[..]).collect();
             let is_circle = is_of_points(centre, &points);
             let shown = if is_circle { &points } else { &vec![&centre[..]] };
-            position_sd[disc] = unit * frame_noise::noise_of_near(shown, shot, meeting.time);
+            position_sd[disc] = unit * noise_of_near(shown, shot, meeting.time);
             let seen = points.into_iter().filter(|_| flat.is_none());
             let seen =
                 seen.filter_map(|point| Some((point, turning(point, centre, meeting.time, shot.fps)?)));
@@ -153,7 +157,7 @@ impl Guessed {
             fps: shot.fps,
             turns,
             knows_slip,
-            flat: *flat,
+            flat,
             stuck: *stuck,
             position_sd,
             outliers: 0,
@@ -179,6 +183,23 @@ impl Guessed {
         }
         (frames, own)
     }
+}
+
+/// Returns how a marker turns about the centre of its disc before the impact, less than half a turn
+/// a frame, as a line: x is its direction at the impact (rad), y its distance from the centre.
+/// `None` if it was seen in too few frames on either side.
+fn turning(marker: &[Sample], centre: &[Sample], time: f64, fps: f64) -> Option<Line> {
+    let mut last = 0.0;
+    let arm = |point: &Sample| {
+        let centre = rigid_body::sample_at(centre, point.t)?;
+        let (x, y) = (point.x - centre.x, point.y - centre.y);
+        last += wrap(y.atan2(x) - last);
+        Some(Sample::new(point.t, [last, x.hypot(y)]))
+    };
+    let arms: Vec<Sample> = marker.iter().filter_map(arm).collect();
+    let [[mut at, rate], _] = lines_beside(&arms, time, (fps.recip(), f64::INFINITY), [LEAST; 2]).ok()?;
+    at.y = median(arms.iter().map(|arm| arm.y).collect());
+    Some([at, rate])
 }
 
 /// Returns whether the centre of a disc was computed from the points on it, as films are loaded if

@@ -5,9 +5,9 @@ use num_dual::DualNum;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::block::ShotFrames;
-use super::lines::Stuck;
 use super::motion::{Dual, Motion};
 use super::own::{self, DISTANCE_SD, LEAST_SHOTS};
+use super::stuck::Stuck;
 use crate::film::unusable::Unusable;
 use crate::measurement::dataset::Measured;
 use crate::measurement::number::with_error;
@@ -23,6 +23,10 @@ const MAX_FRAME_DEVIATION: f64 = 0.02;
 
 /// The column of the distance of the centres.
 const DISTANCE: &str = "contact_distance_mm";
+
+/// The columns of the velocities before the impact and after it, and of the spins.
+const STATES: &str = "cue_vx cue_vy obj_vx obj_vy cue_vx_after cue_vy_after obj_vx_after obj_vy_after \
+                      cue_wz cue_wz_after obj_wz obj_wz_after";
 
 /// The measured impact of a shot, without a law of friction. Velocities are in m/s and
 /// spins in rad/s in the frame of the table; if the frame rate is not known, per frame.
@@ -174,10 +178,7 @@ impl Motion {
         let if_both = |value: Dual| (shot.turns == [true; 2]).then_some(value);
         let if_across = |value: Dual| shot.flat.is_none().then_some(value);
         let if_slip = |value: Dual| shot.knows_slip.then_some(value);
-        let [x, y] = [0, 1].map(|axis| velocities.map(|of| of.map(|velocity| Some(velocity[axis]))));
-        let [first_spin, second_spin] =
-            [0, 1].map(|disc| spins[disc].map(|spin| shot.turns[disc].then_some(spin)));
-        vec![
+        let mut all = vec![
             ("e", Some(-parting_after / parting)),
             ("impulse_ratio", if_across((v_t - u_t) / (v_n - u_n))),
             // Δω = −R J_t/(νMR²)
@@ -195,19 +196,14 @@ impl Motion {
             ("nx", Some(own[own::DIRECTION].cos())),
             ("ny", Some(own[own::DIRECTION].sin())),
             (DISTANCE, Some(self.distance * 1e3)),
-            ("cue_vx", x[0][0]),
-            ("cue_vy", y[0][0]),
-            ("obj_vx", x[1][0]),
-            ("obj_vy", y[1][0]),
-            ("cue_vx_after", x[0][1]),
-            ("cue_vy_after", y[0][1]),
-            ("obj_vx_after", x[1][1]),
-            ("obj_vy_after", y[1][1]),
-            ("cue_wz", first_spin[0]),
-            ("cue_wz_after", first_spin[1]),
-            ("obj_wz", second_spin[0]),
-            ("obj_wz_after", second_spin[1]),
-            ("impact_time_s", Some(own[own::TIME])),
-        ]
+        ];
+        let of_velocities = [0, 1]
+            .map(|side| velocities.map(|of| [Some(of[side].x), Some(of[side].y)]))
+            .into_iter()
+            .flatten();
+        let of_spins = [0, 1].map(|disc| spins[disc].map(|spin| shot.turns[disc].then_some(spin)));
+        all.extend(STATES.split(' ').zip(of_velocities.chain(of_spins).flatten()));
+        all.push(("impact_time_s", Some(own[own::TIME])));
+        all
     }
 }

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::block::{DiscBlock, PointTrack, by_unknowns};
 use super::impact::{DiscImpact, find_doubts};
-use super::lines::LEAST;
 use super::motion::{Dual, locate};
 use super::own::{self, LAW, LEAST_SHOTS};
 use crate::measurement::dataset::{Dataset, Measured};
@@ -13,7 +12,7 @@ use crate::problem::false_shots::tail;
 use crate::problem::film::camera::{Camera, Point};
 use crate::problem::film::film_data::{Film, FilmError};
 use crate::problem::film::outliers::outlying;
-use crate::problem::frames::{Frame, PicturePaths, Sight};
+use crate::problem::frames::{PicturePaths, Sight};
 use crate::problem::minimise::{Descent, descend, descend_with_noise};
 use crate::problem::policy::{POLICY, STALL};
 use crate::problem::problem::{Problem, State};
@@ -62,30 +61,16 @@ pub(super) fn solve(problem: Problem, descent: Descent) -> Result<Solution, Film
     Ok(Solution::new(problem, descent, covariance, names))
 }
 
-/// Measures the shots of the films of a data set that show an impact of its discs.
+/// Measures the shots of the films of a data set that show an impact of its discs: e, J_t/J_n,
+/// spins and balance of momentum of each may be any. Returns the minimum, with camera,
+/// decelerations, and the motion of the discs, and the measurements of each shot.
 ///
 /// # Errors
 /// See [`FilmError`].
 pub(crate) fn measure_discs(dataset: &Dataset) -> Result<(Solution, Vec<DiscImpact>), FilmError> {
-    let (mut solution, mut impacts) = measure(dataset)?;
-    let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
-    impacts.retain(|impact| {
-        let fault = impact.find_unusable(discs.and_then(|discs| discs.radii));
-        solution.left_out.extend(fault.iter().map(|fault| (impact.name.clone(), fault.to_string())));
-        fault.is_none()
-    });
-    if impacts.is_empty() {
-        return Err(FilmError::NoImpact(solution.left_out));
-    }
-    find_doubts(&mut impacts);
-    Ok((solution, impacts))
-}
-
-/// Measures all shots of the films of a data set: e, J_t/J_n, spins and balance of momentum of each
-/// may be any. Returns the minimum, with camera, decelerations, and the motion of the discs, and
-/// the measurements of each shot.
-fn measure(dataset: &Dataset) -> Result<(Solution, Vec<DiscImpact>), FilmError> {
-    let Film { block, mut unknowns, own, left_out, findings, unit, middle, .. } = Film::of_discs(dataset)?;
+    let Film { block, mut unknowns, own, mut left_out, findings, unit, middle, .. } =
+        Film::of_discs(dataset)?;
+    let radii = block.discs.radii;
     unknowns[..LAW].iter_mut().for_each(|unknown| unknown.mode = Mode::Fixed);
     let few = usize::from(own.len() < LEAST_SHOTS);
     let mut state = State { own: vec![own], shared: Shared::starts(&unknowns) };
@@ -119,28 +104,28 @@ fn measure(dataset: &Dataset) -> Result<(Solution, Vec<DiscImpact>), FilmError> 
         block.choose_frames(&solution.at.state, LEFT_OUT);
         solution = settle(solution.problem, solution.at.state)?;
     }
-    let impacts = list_impacts(&solution, (unit, middle))?;
+    let mut impacts = list_impacts(&solution, (unit, middle))?;
+    impacts.retain(|impact| {
+        let fault = impact.find_unusable(radii);
+        left_out.extend(fault.iter().map(|fault| (impact.name.clone(), fault.to_string())));
+        fault.is_none()
+    });
+    if impacts.is_empty() {
+        return Err(FilmError::NoImpact(left_out));
+    }
+    find_doubts(&mut impacts);
     Ok((Solution { unit, middle: middle.into(), findings, left_out, ..solution }, impacts))
 }
 
 impl DiscBlock {
     /// Uses the frames of each shot within its reach that are so many frames from the impact or
-    /// more; also nearer ones if too few are left.
+    /// more.
     fn choose_frames(&mut self, state: &State, nearest: f64) {
         for (shot, own) in Arc::make_mut(&mut self.shots).iter_mut().zip(&state.own[0]) {
-            let instant = own[own::TIME];
-            let [from, to] = shot.stuck.map_or([instant; 2], |stuck| stuck.settling);
-            let away = |frame: &Frame| (from - frame.time).max(frame.time - to) * shot.fps;
-            for track in &mut shot.tracks {
-                let after = track.frames.partition_point(|frame| frame.time <= instant);
-                let (early, late) = track.frames.split_at_mut(after);
-                for side in [early, late] {
-                    let apart = side.iter().filter(|frame| away(frame) >= nearest).count();
-                    let least = if apart < LEAST { f64::NEG_INFINITY } else { nearest };
-                    for frame in side {
-                        frame.used = (least..=shot.reach).contains(&away(frame));
-                    }
-                }
+            let [from, to] = shot.stuck.map_or([own[own::TIME]; 2], |stuck| stuck.settling);
+            for frame in shot.tracks.iter_mut().flat_map(|track| &mut track.frames) {
+                let away = (from - frame.time).max(frame.time - to) * shot.fps;
+                frame.used = (nearest..=shot.reach).contains(&away);
             }
         }
     }
@@ -188,7 +173,7 @@ impl DiscBlock {
     fn drop_frames(&mut self, state: &State) -> bool {
         let mut changed = false;
         for (i, own) in state.own[0].iter().enumerate() {
-            let sights = self.sights(i, own, &state.shared);
+            let Some((_, sights)) = self.sights(i, own, &state.shared) else { continue };
             let shot = &mut Arc::make_mut(&mut self.shots)[i];
             for (track, sights) in shot.tracks.iter_mut().zip(sights) {
                 let outlying = outlying(&sights, own[own::TIME]);
@@ -204,7 +189,7 @@ impl DiscBlock {
     /// Returns whether frames of shot `i` next to the impact, in which the discs then still touch,
     /// are off the paths.
     fn touches(&self, i: usize, own: &Own, shared: &Shared) -> bool {
-        let sights = self.sights(i, own, shared);
+        let Some((_, sights)) = self.sights(i, own, shared) else { return false };
         let is_near = |frame: &&Sight<_>| (frame.time - own[own::TIME]).abs() * self.shots[i].fps <= LEFT_OUT;
         let squares: Vec<f64> = sights.iter().flatten().filter(is_near).map(Sight::square).collect();
         tail(squares.iter().sum(), 2.0 * squares.len() as f64) < POLICY.frame_tail

@@ -4,7 +4,7 @@ pub(crate) mod block;
 pub(crate) mod first_guess;
 pub(crate) mod impact;
 pub(crate) mod law;
-pub(crate) mod lines;
 pub(crate) mod measure;
 mod motion;
 pub(crate) mod own;
+mod stuck;

@@ -12,9 +12,10 @@ use super::marker_rotation::MarkerTrack;
 use super::own::{self, SCATTERED};
 use super::priors::{list_camera, list_unknowns};
 use super::spins::{ShotSpin, first_spreads};
-use crate::film::initial_guess::{FirstGuess, from_paths, leave_out_after_cushion, leave_out_before_cushion};
+use crate::film::corners::{leave_out_after_cushion, leave_out_before_cushion};
+use crate::film::meeting::Meeting;
 use crate::film::noise_correlation::noise_correlation;
-use crate::film::unusable::Unusable;
+use crate::film::unusable::{Bodies, Unusable};
 use crate::film::{drops, frame_noise};
 use crate::measurement::dataset::{Dataset, Measured, Tracks};
 use crate::measurement::loss::Loss;
@@ -83,7 +84,7 @@ impl Film<FilmBlock> {
             return Err(FilmError::NoImpact(left_out));
         }
         let distance = ball.contact_distance(&model.object_ball());
-        let ratio = distance / median(shots.iter().map(|shot| shot.guess.distance).collect());
+        let ratio = distance / median(shots.iter().map(|shot| shot.guess.relative(0)[0].norm()).collect());
         let is_other = (ratio - 1.0).abs() > OTHER_UNIT;
         let unit = if tracks.from_balls || is_other { ratio } else { 1.0 };
         if unit != 1.0 {
@@ -124,13 +125,13 @@ impl Film<FilmBlock> {
 /// A shot that can be fitted.
 struct Guessed {
     track: TrackShot,
-    guess: FirstGuess,
+    guess: Meeting,
 }
 
 /// Returns the shots that show an impact, with first guesses; adds names and reasons of the others
 /// to `left_out`.
 fn guess_all(shots: Vec<TrackShot>, from_balls: bool, left_out: &mut Vec<(String, String)>) -> Vec<Guessed> {
-    let guess = |track: TrackShot| match from_paths(&track, frame_noise::noise(&track)) {
+    let guess = |track: TrackShot| match Meeting::find(&track, Bodies::Balls) {
         Ok(guess) => Ok(Guessed { track, guess }),
         Err(why) => Err((track.name, why)),
     };
@@ -151,15 +152,13 @@ fn guess_all(shots: Vec<TrackShot>, from_balls: bool, left_out: &mut Vec<(String
 impl Guessed {
     /// Returns the middle between the centres of both balls at the impact, in the unit of the film.
     fn contact_middle(&self) -> Point {
-        let FirstGuess { object, direction, distance, .. } = self.guess;
-        let (sin, cos) = direction.sin_cos();
-        Point::from(object) - Point::new(cos, sin) * (0.5 * distance)
+        (self.guess.before(0)[0] + self.guess.before(1)[0]) * 0.5
     }
 
     /// Returns the shot in metres from the middle, with the spin that is stated, and the first guess
     /// of its own unknowns. The radius is in metres.
     fn read(&self, middle: Point, unit: f64, states_noise: bool, radius: f64) -> (FilmedShot, Own) {
-        let Self { track, guess: FirstGuess { time, object, direction, before, .. } } = self;
+        let Self { track, guess } = self;
         let reading = Reading { middle, unit, states_noise, may_be_held: !track.states_noise() };
         let [of_cue, of_object] = track.resolution;
         let tracks =
@@ -173,9 +172,12 @@ impl Guessed {
                 states_noise: track.position_sd.is_some() || samples.iter().all(|sample| sample.sd.is_some()),
             }
         };
-        let place = (Point::from(*object) - middle) * unit;
-        let [along, across] = before.map(|speed| speed * unit);
-        let own = own::moving([*time, place.x, place.y, *direction, along, across]);
+        let place = (guess.before(1)[0] - middle) * unit;
+        let normal = guess.relative(0)[0].normalize();
+        let velocity = guess.before(0)[1] * unit;
+        let [along, across] = [normal.dot(&velocity), normal.perp(&velocity)];
+        let direction = normal.y.atan2(normal.x);
+        let own = own::moving([guess.time, place.x, place.y, direction, along, across]);
         let shot = FilmedShot {
             tracks: Arc::new(tracks),
             markers: Arc::new(track.markers.iter().map(marker).collect()),
