@@ -108,6 +108,24 @@ fn noise_that_is_stated_wrongly_is_not_blamed_on_the_model() {
     assert!(large.grade == Grade::Doubtful && large.sentence.contains("position_sd_m"), "{}", large.sentence);
 }
 
+/// Noise is stated in metres, also of a film in pixels whose ruler the balls are.
+#[test]
+fn noise_that_is_stated_rightly_is_taken_in_pixels_too() {
+    let in_pixels = |shot: &mut TrackShot, _: &TrueImpact| {
+        for sample in shot.cue.iter_mut().chain(&mut shot.object) {
+            (sample.x, sample.y) = (900.0 * sample.x, 900.0 * sample.y);
+        }
+        shot.position_sd = Some(1e-4);
+    };
+    let mut film = film(7703, in_pixels);
+    let tracks = film.tracks.as_mut().unwrap();
+    (tracks.from_balls, tracks.scale_sd) = (true, None);
+    let fit = options::fitted(&film, Depth::Estimates);
+    assert!(is_right(&fit), "{:?}", fit.estimates());
+    let notes = fit.notes();
+    assert!(!notes.iter().any(|note| note.starts_with("Neighbouring frames")), "{notes:?}");
+}
+
 /// A tracker that errs similarly in neighbouring frames: the correlation is found, and what the film determines is right.
 #[test]
 fn noise_that_lasts_is_found() {

@@ -79,7 +79,7 @@ impl Film<FilmBlock> {
         let ball = model.ball;
         let (shots, mut findings) = cleaned(tracks, ball.radius);
         let mut left_out = tracks.left_out.clone();
-        let shots = guess_all(shots, tracks.from_balls, &mut left_out);
+        let mut shots = guess_all(shots, tracks.from_balls, &mut left_out);
         if shots.is_empty() {
             return Err(FilmError::NoImpact(left_out));
         }
@@ -90,6 +90,7 @@ impl Film<FilmBlock> {
         if unit != 1.0 {
             findings.push(Finding::OtherUnit { factor: unit, stated: !tracks.from_balls });
         }
+        findings.extend(refute_noise(&mut shots, unit));
         let middle = shots.iter().map(Guessed::contact_middle).sum::<Point>() / shots.len() as f64;
         let states_noise = shots.iter().all(|shot| shot.track.states_noise());
         let sd = unit * median(shots.iter().map(|shot| frame_noise::noise(&shot.track)).collect());
@@ -212,10 +213,11 @@ impl Reading {
         let frame = |(sample, repeats): (&Sample, [f64; 2])| {
             let seen = (Point::new(sample.x, sample.y) - self.middle) * self.unit;
             let weight = |axis: usize| {
-                let stated = sample.sd.map(|sd| sd[axis]).or(shot.position_sd);
+                // that of all frames is in metres
+                let stated = sample.sd.map(|sd| sd[axis] * self.unit).or(shot.position_sd);
                 // over the noise of the film, which is 1 m if all noise is stated
-                let over_noise = |sd: f64| if self.states_noise { sd * self.unit } else { sd / noise };
-                let sd = stated.map_or(1.0, over_noise);
+                let noise = if self.states_noise { 1.0 } else { noise * self.unit };
+                let sd = stated.map_or(1.0, |sd| sd / noise);
                 (repeats[axis].sqrt() * if sd > 0.0 { sd } else { 1.0 }).recip()
             };
             Frame {
@@ -253,13 +255,6 @@ pub(super) fn cleaned(tracks: &Tracks, radius: f64) -> (Vec<TrackShot>, Vec<Find
     if ends > 0 {
         findings.push(Finding::Ends { shots: ends, of: all_shots });
     }
-    if let Some(times) = refute_noise(&shots) {
-        for shot in shots.iter_mut().filter(|_| times > 1.0) {
-            shot.position_sd = None;
-            shot.samples_mut().for_each(|sample| sample.sd = None);
-        }
-        findings.push(Finding::NoiseRefuted { times });
-    }
     (shots, findings)
 }
 
@@ -269,15 +264,20 @@ pub(in crate::problem) fn repair_drops(shots: &mut [TrackShot]) -> Option<Findin
     (!drops.is_empty()).then(|| Finding::Drops { shots: drops.len(), drops: drops.iter().sum() })
 }
 
-/// Returns the scatter of neighbouring frames over the stated noise, if that refutes what is
-/// stated.
-fn refute_noise(shots: &[TrackShot]) -> Option<f64> {
-    let scatter_over_stated = |shot: &TrackShot| {
-        let samples = shot.cue.iter().chain(&shot.object);
-        let typical_sd = || median(samples.filter_map(|sample| sample.sd).flatten().collect());
-        let stated = shot.position_sd.unwrap_or_else(typical_sd);
-        (stated > 0.0).then(|| frame_noise::noise(shot) / stated)
+/// Says so if the scatter of neighbouring frames refutes the stated noise, and forgets what is
+/// stated if that is too small. `unit`: metres in a unit of the film.
+fn refute_noise(shots: &mut [Guessed], unit: f64) -> Option<Finding> {
+    let scatter_over_stated = |Guessed { track, .. }: &Guessed| {
+        let samples = track.cue.iter().chain(&track.object);
+        let typical_sd = || unit * median(samples.filter_map(|sample| sample.sd).flatten().collect());
+        let stated = track.position_sd.unwrap_or_else(typical_sd);
+        (stated > 0.0).then(|| unit * frame_noise::noise(track) / stated)
     };
     let times: Vec<f64> = shots.par_iter().filter_map(scatter_over_stated).collect();
-    (!times.is_empty()).then(|| median(times)).filter(|times| !AS_STATED.contains(times))
+    let times = (!times.is_empty()).then(|| median(times)).filter(|times| !AS_STATED.contains(times))?;
+    for Guessed { track, .. } in shots.iter_mut().filter(|_| times > 1.0) {
+        track.position_sd = None;
+        track.samples_mut().for_each(|sample| sample.sd = None);
+    }
+    Some(Finding::NoiseRefuted { times })
 }
