@@ -17,6 +17,7 @@ use crate::problem::unknowns::{CAMERA, Normal, Own, PHYSICS, SHARED, Shared};
 /// Prior standard deviation of an unknown offset, over the normal impulse or the closing speed, and
 /// of an unknown distance of the centres, m.
 const ANY: f64 = 3.0;
+const ANY_DISTANCE: f64 = 1e3;
 
 /// Number of noises of a shot: of each disc along x and along y.
 pub(super) const NOISES: usize = 4;
@@ -188,7 +189,7 @@ impl DiscBlock {
                 // the law has it
                 own::RESTITUTION if self.has_law => continue,
                 own::RATIO if self.shows_friction(i) => continue,
-                own::DISTANCE if shot.flat.is_some() => stated(ANY),
+                own::DISTANCE if shot.flat.is_some() => stated(ANY_DISTANCE),
                 own::RESTITUTION..own::SLOWING if !self.has_law || places.start == own::RATIO => stated(ANY),
                 _ => OwnPrior::Spread(which),
             };
