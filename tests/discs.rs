@@ -123,6 +123,32 @@ fn masses_radii_and_frame_rate_need_not_be_known() {
     }
 }
 
+/// A film of one dimension in units of its own, in which marks anywhere on the discs are followed: e is found, for any distance of the marks.
+#[test]
+fn marks_in_one_dimension_show_the_restitution() {
+    const APART: [f64; 4] = [361.5, 378.0, 408.4, 437.1];
+    let mut table = "shot,frame,ball,x,y\n".to_owned();
+    for (shot, apart) in APART.into_iter().enumerate() {
+        let speed = 4.0 + shot as f64;
+        for frame in 0..60 {
+            let since = f64::from(frame) - 30.3;
+            let after = |part: f64| 0.5 * part * speed * since.max(0.0);
+            let noise = |ball: f64| 0.3 * (f64::from(frame * frame) * (1.3 + ball) + shot as f64).sin();
+            let cue = speed * since.min(0.0) + after(1.0 - E) + noise(0.0);
+            let object = apart + after(1.0 + E) + noise(0.4);
+            table += &format!("{shot},{frame},a,{cue},100\n{shot},{frame},b,{object},100\n");
+        }
+    }
+    let settings = "name = \"line\"\nkind = \"tracks\"\nfiles = [\"pucks.csv\"]\nball.shape = \"disc\"\nvideo.capture_fps = \"unknown\"\n\
+                    tracks = { cue = \"a\", object = \"b\" }";
+    let (dataset, extracted) = with_discs(load(settings, &table).unwrap());
+    assert_eq!(extracted.len(), APART.len(), "{:?}", dataset.left_out);
+    for (track, impact) in &extracted {
+        let e = impact.get("e").unwrap();
+        assert!((e.value - E).abs() < 4.0 * e.sd.unwrap() && e.sd.unwrap() < 0.02, "{}: {e:?}", track.name);
+    }
+}
+
 /// A point of each disc is hidden in every third frame, and one is mistaken for a moment: the others show where the centre is.
 #[test]
 fn points_that_are_hidden_at_times_show_the_centres() {
