@@ -9,8 +9,7 @@ use crate::measurement::number::plain;
 use crate::physics::ball::Ball;
 use crate::physics::collision::MASS_RATIOS;
 
-/// `[object]`, the properties of the object ball that differ from the cue ball's, or `[ball]` of a
-/// specification.
+/// `[object]`: what differs from the cue ball; or `[ball]` of a specification.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, JsonSchema)]
 pub(crate) struct BallSection {
     #[schemars(range(max = 0.2), extend("exclusiveMinimum" = 0))]
@@ -20,8 +19,7 @@ pub(crate) struct BallSection {
     pub(crate) radius_m_sd: Option<f64>,
     #[schemars(range(max = 10), extend("exclusiveMinimum" = 0))]
     pub(crate) mass_kg: Option<f64>,
-    /// Standard deviation of the mass, kg. `None`: exact in a SPEC.toml, that of a kitchen scale in
-    /// a dataset.toml.
+    /// Standard deviation of the mass, kg. `None`: exact in a SPEC.toml, else of a kitchen scale.
     #[schemars(range(min = 0))]
     pub(crate) mass_kg_sd: Option<f64>,
     /// Moment of inertia over MR², ν.

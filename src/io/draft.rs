@@ -1,5 +1,4 @@
-//! Files, or the tables in folders → a commented dataset.toml, with blanks for what they do not
-//! show.
+//! Files, or tables in folders → a commented dataset.toml, with blanks for what they do not show.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -10,7 +9,7 @@ use toml::Value;
 
 use super::error::Problem;
 use super::table::near_miss;
-use super::text::{SEPARATORS, beginning, decode, filled_lines, trimmed, without_separator_line};
+use super::text::{beginning, decode, filled_lines, line_of_names, without_separator_line};
 use super::tracking::{KNOWN, Survey};
 use crate::words::Sentences;
 
@@ -101,8 +100,7 @@ impl Draft {
     }
 }
 
-/// Drafts the dataset.toml of files, or of the tables in folders. `Err`: a file that cannot be read
-/// or is empty, or files of different kinds.
+/// Drafts the dataset.toml of files. `Err`: one that cannot be read, or files of different kinds.
 pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
     let mut files = listed(named)?.into_iter().map(Seen::of).collect::<Result<Vec<Seen>, _>>()?;
     let table = files.iter().position(Seen::is_shots_table).filter(|_| files.len() > 1);
@@ -119,7 +117,7 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
         }
     };
     let here = if draft.folder.as_os_str().is_empty() { Path::new(".") } else { &draft.folder };
-    let Some(first) = files.first() else { return Err(refused(here, "holds no table")) };
+    let Some(first) = files.first() else { return Err(Problem::new(here, None, "holds no table")) };
     let name = std::path::absolute(here).unwrap_or_else(|_| here.to_path_buf());
     let name = name.file_name().map_or("my-data".into(), |name| name.to_string_lossy().into_owned());
     let relative = |Seen { file, .. }: &Seen| {
@@ -159,7 +157,7 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
 struct Seen {
     file: PathBuf,
     text: String,
-    /// The first line that is not blank or a comment, and the cells that it may have.
+    /// The names of columns if it is a table of shots.
     names: Vec<String>,
     /// `tracks`, `impacts` or `angles`.
     kind: &'static str,
@@ -170,9 +168,11 @@ struct Seen {
 impl Seen {
     fn of(file: PathBuf) -> Result<Self, Problem> {
         let bytes = std::fs::read(&file);
-        let bytes = bytes.map_err(|error| refused(&file, format!("cannot be read: {error}")))?;
+        let bytes = bytes.map_err(|error| Problem::new(&file, None, format!("cannot be read: {error}")))?;
         let text = decode(&bytes).0.into_owned();
-        let names = names(&text);
+        let (table, _) = without_separator_line(text.as_str().into());
+        let names = line_of_names(&table).split([',', ';', '\t']);
+        let names = names.map(|name| name.trim_matches([' ', '"']).to_owned()).collect();
         Ok(Self { file, text, names, ..Self::default() })
     }
 
@@ -186,8 +186,7 @@ impl Seen {
         is_called_so && has_facts && !["cut_deg", "nx", "x"].into_iter().any(|name| self.has(name))
     }
 
-    /// Determines the kind and the content; `Err` if the file cannot be read as tracks and its first
-    /// line is not text.
+    /// Determines the kind and the content; `Err` if it is neither tracks nor, by its beginning, text.
     fn look(&mut self) -> Result<(), Problem> {
         let is_near = |own: &String| near_miss(own, &["cut_deg"], |_| false).is_some();
         self.kind = match () {
@@ -197,19 +196,19 @@ impl Seen {
         };
         if self.kind == "tracks" {
             let is_odd = |c: char| c == char::REPLACEMENT_CHARACTER || c.is_control() && !c.is_whitespace();
-            let is_text = |line: &String| !line.starts_with(['{', '[', '<']) && !line.contains(is_odd);
+            let is_text = |line: &str| !line.starts_with(['{', '[', '<']) && !line.contains(is_odd);
             let survey = Survey::of(&self.file, &self.text).map_err(|problems| problems.into_iter().next());
             self.survey = match survey {
-                Err(Some(problem)) if !self.names.first().is_some_and(is_text) => return Err(problem),
+                Err(Some(problem))
+                    if !filled_lines(&self.text).next().is_some_and(|(_, line)| is_text(line)) =>
+                {
+                    return Err(problem);
+                }
                 survey => survey.unwrap_or_default(),
             };
         }
         Ok(())
     }
-}
-
-fn refused(file: &Path, message: impl Into<String>) -> Problem {
-    Problem { file: file.to_path_buf(), line: None, column: None, message: message.into() }
 }
 
 /// Returns the files; a folder is replaced by its tables.
@@ -227,7 +226,7 @@ fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, Problem> {
             "{count} files like {name} hold one frame each, as YOLO writes them. Expected one table per shot: join its files below a \
              line frame class x_center y_center width height, with the number of the frame in each row and lengths in pixels"
         );
-        return Err(refused(first.parent().unwrap_or(first), message));
+        return Err(Problem::new(first.parent().unwrap_or(first), None, message));
     }
     Ok(all)
 }
@@ -248,7 +247,11 @@ fn tables(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
             }
         }
     }
-    Err(refused(folder, "holds no table (.csv, .txt, .tsv or .dat); save a workbook's sheet as CSV"))
+    Err(Problem::new(
+        folder,
+        None,
+        "holds no table (.csv, .txt, .tsv or .dat); save a workbook's sheet as CSV",
+    ))
 }
 
 /// Returns whether a file holds boxes of one frame: class, x, y, width, height.
@@ -273,19 +276,7 @@ fn look_at(files: &mut Vec<Seen>, found: &mut Vec<String>) -> Result<(), Problem
         let (own, Seen { file, kind, .. }) = (other.kind, &files[0]);
         let first = format!("{} is of kind {kind}", file.display());
         let message = format!("is of kind {own}, but {first}; expected files of one data set");
-        return Err(refused(&other.file, message));
+        return Err(Problem::new(&other.file, None, message));
     }
     Ok(())
-}
-
-/// Returns the first line that is not blank or a comment, and the cells that it may have.
-fn names(text: &str) -> Vec<String> {
-    let (text, _) = without_separator_line(text.into());
-    let mut lines = filled_lines(&text).map(|(_, line)| line);
-    let first = lines.clone().find(|line| !line.trim_start().starts_with('#')).or_else(|| lines.next());
-    let cells = |line: &str| {
-        let cells = SEPARATORS.iter().filter_map(|(separator, _)| trimmed(line, Some(*separator))).flatten();
-        [line.to_owned()].into_iter().chain(cells).collect()
-    };
-    first.map_or(Vec::new(), cells)
 }

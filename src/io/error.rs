@@ -26,6 +26,10 @@ pub struct Problem {
 }
 
 impl Problem {
+    pub(crate) fn new(file: &Path, line: impl Into<Option<usize>>, message: impl Into<String>) -> Self {
+        Self { file: file.to_path_buf(), line: line.into(), column: None, message: message.into() }
+    }
+
     fn place(&self) -> String {
         let line = self.line.map_or(String::new(), |line| format!(":{line}"));
         format!("{}{line}", self.file.display())
@@ -122,9 +126,8 @@ impl Log {
         column: impl Into<Option<&'a str>>,
         message: impl Into<String>,
     ) {
-        let (line, column) = (line.into(), column.into().map(str::to_string));
-        let problem = Problem { file: file.to_path_buf(), line, column, message: message.into() };
-        self.problems.borrow_mut().push(problem);
+        let column = column.into().map(str::to_string);
+        self.problems.borrow_mut().push(Problem { column, ..Problem::new(file, line, message) });
     }
 
     pub(crate) fn note(
@@ -134,10 +137,7 @@ impl Log {
         line: impl Into<Option<usize>>,
         message: impl Into<String>,
     ) {
-        let (file, line) = (file.to_path_buf(), line.into());
-        self.notes
-            .borrow_mut()
-            .push((subject, Problem { file, line, column: None, message: message.into() }));
+        self.notes.borrow_mut().push((subject, Problem::new(file, line, message)));
     }
 
     /// Adds the entries of another log; returns the damage among them.
@@ -158,8 +158,7 @@ impl Log {
         self.problems.borrow().len()
     }
 
-    /// Returns `value`, or the problems if there are any; `what` names the action that they
-    /// prevent.
+    /// Returns `value`, or the problems if there are any, which prevent `what`.
     pub(crate) fn into_result<T>(self, value: T, what: impl Into<String>) -> Result<T, DatasetError> {
         if self.is_empty() { Ok(value) } else { Err(self.into_error(what)) }
     }

@@ -1,5 +1,4 @@
-//! Files of measured collisions: `dataset.toml`, the tables that it names, and results that are
-//! read back.
+//! Files of measured collisions: `dataset.toml`, and the tables that it names.
 
 pub(crate) mod balls;
 pub(crate) mod cases;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::error::{Log, did_you_mean, quoted};
 use super::manifest::StatedSpin;
 use super::text::{
-    Mark, Place, Slip, cells, filled_lines, line_end, parse, read_utf8, value, without_separator_line,
+    Mark, Place, Slip, cells, line_of_names, lines, parse, read_utf8, value, without_separator_line,
     wrong_width,
 };
 use crate::measurement::fault::{Condition, Fault, POSITIVE};
@@ -56,8 +56,7 @@ impl<'a> Table<'a> {
         self
     }
 
-    /// Reads the rows of a file without comments (`#`) and lines of blanks and commas only. `None`,
-    /// with a problem, if it cannot be read.
+    /// Reads the rows of a file without comments (`#`). `None`, with a problem, if that fails.
     pub(crate) fn read(path: &Path, log: &'a Log) -> Option<Self> {
         let text = read_utf8(path, log)?;
         let (text, stated) = without_separator_line(text.into());
@@ -91,8 +90,7 @@ impl<'a> Table<'a> {
         (!rows.is_empty()).then_some(Self { path, log, separator, header, rows, known, numbers })
     }
 
-    /// Complains about cells of a column that are not numbers, or out of range in SI; a standard
-    /// deviation may become 0 in radians.
+    /// Complains about cells of a column that are not numbers, or out of range in SI.
     fn check_numbers(&self, name: &str, unit_si: f64, range: Condition, fault: &str) {
         let (file, log, Some(column)) = (self.path.as_path(), self.log, self.place(name)) else {
             return;
@@ -283,34 +281,31 @@ pub(crate) fn near_miss(name: &str, known: &[&str], has: impl Fn(&str) -> bool) 
 
 /// Returns the most likely separator: the most frequent one in the line of names.
 fn separator(text: &str) -> char {
-    let names = filled_lines(text).find(|(_, line)| !line.trim_start().starts_with('#'));
-    let first = names.map_or("", |(_, line)| line);
+    let names = line_of_names(text);
     // the last one of equally frequent ones
-    ['\t', ';', ','].into_iter().max_by_key(|c| first.matches(*c).count()).unwrap_or(',')
+    ['\t', ';', ','].into_iter().max_by_key(|c| names.matches(*c).count()).unwrap_or(',')
 }
 
 /// Splits a text into records. Comments are passed over, and lines of blanks and separators only.
 fn records(text: &str, separator: char, wrong: &dyn Fn(usize, &str)) -> Vec<Record> {
-    let mut records = Vec::new();
-    // the lines of a record whose quotation mark is open, from this line on
-    let (mut record, mut first) = (String::new(), 0);
-    let end = line_end(text);
-    for (line, text) in (1..).zip(text.split(end)) {
-        if record.is_empty() {
-            first = line;
-        } else {
-            record.push(end);
-        }
-        record.push_str(text);
-        // inside a quoted cell
-        if first < line && !text.contains('"') {
+    let (mut records, mut lines) = (Vec::new(), lines(text));
+    while let Some((first, line)) = lines.next() {
+        if line.trim_start().starts_with('#') {
             continue;
         }
+        let (mut record, mut last) = (line.to_owned(), first);
+        while cells(&record, Some(separator)) == Err(Slip::Open) {
+            // the quoted cell ends in a line with another mark
+            let Some(end) = lines.clone().position(|(_, line)| line.contains('"')) else { break };
+            for (line, text) in lines.by_ref().take(end + 1) {
+                last = line;
+                record = record + "\n" + text;
+            }
+        }
         match cells(&record, Some(separator)) {
-            _ if first == line && text.trim_start().starts_with('#') => {}
-            Err(Slip::Open) => continue,
+            Err(Slip::Open) => wrong(first, "a quotation mark opens here and is never closed"),
             Err(Slip::Text) => wrong(
-                line,
+                last,
                 "text follows a closing quotation mark; expected the end of the cell, or \"\" for a quotation mark within the cell",
             ),
             Ok(cells) if cells.iter().all(|cell| cell.is_empty()) => {}
@@ -319,10 +314,6 @@ fn records(text: &str, separator: char, wrong: &dyn Fn(usize, &str)) -> Vec<Reco
                 records.push(Record { line: first, cells });
             }
         }
-        record.clear();
-    }
-    if !record.is_empty() {
-        wrong(first, "a quotation mark opens here and is never closed");
     }
     records
 }

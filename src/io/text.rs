@@ -18,8 +18,7 @@ pub(crate) fn name_of(separator: Separator) -> &'static str {
     SEPARATORS.iter().find(|(own, _)| separator == Some(*own)).map_or("blanks", |(_, name)| *name)
 }
 
-/// Returns the text of a file without byte order mark, and the first line that is not UTF-8: from
-/// it on the file was read as Latin-1.
+/// Returns the text without byte order mark, and the first line that is not UTF-8, but Latin-1.
 pub(crate) fn decode(bytes: &[u8]) -> (Cow<'_, str>, Option<usize>) {
     let utf16 = |rest: &[u8], unit: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = rest.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
@@ -54,8 +53,7 @@ pub(crate) fn read_utf8(path: &Path, log: &Log) -> Option<String> {
     }
 }
 
-/// Returns the text with a first line such as `sep=;` (for spreadsheets) made blank, and the
-/// separator.
+/// Returns the text with a first line such as `sep=;` made blank, and the separator.
 pub(crate) fn without_separator_line(text: Cow<'_, str>) -> (Cow<'_, str>, Option<char>) {
     let first = lines(&text).next().map_or("", |(_, line)| line);
     let bare = first.trim_start().trim_end_matches(['\r', '\n', ' ']).trim_matches('"');
@@ -73,14 +71,10 @@ pub(crate) fn unmarked(line: &str) -> &str {
     line.trim_start().strip_prefix(['#', '%']).map_or(line, |rest| rest.trim_start_matches(' '))
 }
 
-/// Returns the end of lines of a text, without a carriage return before it.
-pub(crate) fn line_end(text: &str) -> char {
-    if text.contains('\n') { '\n' } else { '\r' }
-}
-
 /// Returns lines with their numbers, from 1. Ends of lines may be LF, CRLF or CR.
 pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
-    let lines = text.split(line_end(text)).map(|line| line.strip_suffix('\r').unwrap_or(line));
+    let end = if text.contains('\n') { '\n' } else { '\r' };
+    let lines = text.split(end).map(|line| line.strip_suffix('\r').unwrap_or(line));
     (1..).zip(lines)
 }
 
@@ -91,6 +85,12 @@ pub(crate) fn is_filled(line: &str) -> bool {
 
 pub(crate) fn filled_lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
     lines(text).filter(|(_, line)| is_filled(line))
+}
+
+/// Returns the first line that is not blank or a comment.
+pub(crate) fn line_of_names(text: &str) -> &str {
+    let mut lines = filled_lines(text).map(|(_, line)| line);
+    lines.find(|line| !line.trim_start().starts_with('#')).unwrap_or_default()
 }
 
 /// A quotation mark that does not close, or text after a closing one.

@@ -1,5 +1,4 @@
-//! TOML files, checked against the JSON Schema of their structs: all problems in plain words, each
-//! with its place.
+//! TOML files, checked against the JSON Schema of their structs: all problems, with their places.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -83,12 +82,11 @@ impl<'a> Source<'a> {
         let mut keys = key.split('.');
         let first = self.table.get_ref().get(keys.next()?)?;
         keys.try_fold(first, |value, key| match value.get_ref() {
-            DeValue::Table(table) => match key.strip_suffix('*') {
-                None => table.get(key),
-                Some(begin) => {
-                    table.iter().find(|(key, _)| key.as_ref().starts_with(begin)).map(|(_, value)| value)
-                }
-            },
+            DeValue::Table(table) => {
+                let begin = key.strip_suffix('*');
+                let is_it = |own: &str| begin.map_or(own == key, |begin| own.starts_with(begin));
+                table.iter().find(|(own, _)| is_it(own.as_ref())).map(|(_, value)| value)
+            }
             DeValue::Array(values) => values.get(key.parse::<usize>().ok()?),
             _ => None,
         })
