@@ -54,8 +54,32 @@ pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawSh
     shots
 }
 
-/// Returns the clips of a shot: each begins after a long pause, or where both balls jump.
+/// Returns the clips of a shot: each begins where the time begins again or, if it does not, after a
+/// long pause or where both balls jump.
 fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
+    let restarts: Vec<Vec<Row>> = shot.tracks.iter().map(RawTrack::restarts).collect();
+    let count = restarts.iter().map(Vec::len).max().unwrap_or(0);
+    let begins = if count == 0 { beginnings(shot, fps) } else { Vec::new() };
+    let clip = |i: usize| {
+        let name = if alone { format!("{}", i + 1) } else { format!("{}-{}", shot.name, i + 1) };
+        let mut clip = RawShot { name, ..shot.clone() };
+        for (track, restarts) in clip.tracks.iter_mut().zip(&restarts) {
+            let number = |row: &Row| {
+                let restarts = restarts.partition_point(|restart| restart.line <= row.line);
+                restarts + begins.partition_point(|begin| *begin <= row.time)
+            };
+            track.rows.retain(|row| number(row) == i);
+        }
+        clip.tracks.retain(|track| !track.rows.is_empty());
+        clip.line = clip.tracks.iter().map(RawTrack::line).min().unwrap_or(shot.line);
+        clip
+    };
+    let count = count + begins.len();
+    if count == 0 { Vec::new() } else { (0..=count).map(clip).collect() }
+}
+
+/// Returns the times at which clips begin: after a long pause, or where both balls jump.
+fn beginnings(shot: &RawShot, fps: Option<f64>) -> Vec<f64> {
     // without a unit, ms and frames cannot be distinguished
     let Some(unit) = shot.stated.time else { return Vec::new() };
     let fps = shot.stated.fps.or(fps).unwrap_or(Tracks::MAX_PLAYBACK);
@@ -74,18 +98,7 @@ fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
     };
     let jumps = frames.windows(2).filter(jumps).map(|two| two[1][0].time);
     let pauses = times.windows(2).filter(|two| two[1] - two[0] > pause).map(|two| two[1]);
-    let begins = sorted(pauses.chain(jumps));
-    let clip = |i: usize| {
-        let name = if alone { format!("{}", i + 1) } else { format!("{}-{}", shot.name, i + 1) };
-        let mut clip = RawShot { name, ..shot.clone() };
-        for track in &mut clip.tracks {
-            track.rows.retain(|row| begins.partition_point(|begin| *begin <= row.time) == i);
-        }
-        clip.tracks.retain(|track| !track.rows.is_empty());
-        clip.line = clip.tracks.iter().map(RawTrack::line).min().unwrap_or(shot.line);
-        clip
-    };
-    if begins.is_empty() { Vec::new() } else { (0..=begins.len()).map(clip).collect() }
+    sorted(pauses.chain(jumps))
 }
 
 /// Splits the rows of every shot into the tracks of two balls, named when clips are separated.

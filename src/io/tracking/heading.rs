@@ -1,7 +1,7 @@
 //! Names of the columns of a table, and their units beside them, as in `x [mm]`, or below; the
 //! first rows of an unknown table, and tests of its columns.
 
-use super::raw::Job;
+use super::raw::{Job, span};
 use super::time::{first_apart, resolution};
 use super::words::{Unit, is_angle};
 use crate::io::error::grouped;
@@ -145,8 +145,7 @@ impl Heading {
         self.unit([column], Unit::S, stated, job).unwrap_or(Unit::S)
     }
 
-    /// Returns the column of frame numbers (flag) or of times to be read; complains if both are
-    /// there and contradict each other.
+    /// Returns the column of frame numbers (flag) or of times; complains if both contradict each other.
     pub(super) fn clock(&self, columns: [Option<usize>; 3], job: Job) -> Option<(usize, bool)> {
         let [frame, time, shot] = columns;
         let video = &job.settings.video;
@@ -168,10 +167,13 @@ impl Heading {
         let [frame, time] = columns.map(|column| self.names[column].as_str());
         let (number, lasts) = (frames[row] - frames[0], times[row] - times[0]);
         let (unit, own) = (unit.name(), plain(number / (lasts * second), 4));
-        let message = format!(
+        let mut message = format!(
             "{frame} and {time} contradict each other at {rate} fps: this row is {number} frames, but {lasts} {unit} after the first \
-             one; expected columns that agree, another frame rate or, if the times are those of slow playback, [video] playback_fps = {own}"
+             one; expected columns that agree, or another frame rate"
         );
+        if lasts > 0.0 {
+            message += &format!("; if the times are those of slow playback, [video] playback_fps = {own}");
+        }
         job.wrong(self.lines_below(job.text).nth(row).map(|(line, _)| line), time, message);
     }
 
@@ -289,6 +291,12 @@ impl Rows {
         self.column(column).filter_map(value).map(f64::abs).fold(0.0, f64::max)
     }
 
+    /// Returns the difference of the largest and the least number of a column.
+    pub(super) fn extent(&self, column: usize) -> f64 {
+        let [least, most] = span(self.column(column).filter_map(value));
+        most - least
+    }
+
     /// Returns whether a column grows from row to row of each shot.
     pub(super) fn grows(&self, column: usize, shot: Option<usize>) -> bool {
         let Some(numbers) = self.numbers(column) else { return false };
@@ -296,8 +304,7 @@ impl Rows {
         grouped(shots.zip(numbers)).values().all(|numbers| numbers.is_sorted_by(|one, next| one < next))
     }
 
-    /// Returns the columns that grow from row to row of each shot and may be times: not angles, nor
-    /// numbers of the rows.
+    /// Returns the columns that grow from row to row of each shot: not angles, nor numbers of rows.
     pub(super) fn growing(&self, heading: &Heading, shot: Option<usize>) -> impl Iterator<Item = usize> {
         let names = heading.small().into_iter().enumerate();
         let named = names.filter(|(_, name)| !name.is_empty() && !is_angle(name)).map(|(column, _)| column);

@@ -153,8 +153,7 @@ pub(super) const KNOWN: &str =
 /// Separator of several names of tracks in a cell.
 const BETWEEN: char = ';';
 
-/// Statements about a shot: those of its row or, for empty cells and without a row, of
-/// dataset.toml.
+/// Statements about a shot: of its row or, for empty cells and without a row, of dataset.toml.
 #[derive(Clone, Default)]
 pub(super) struct Facts {
     line: usize,

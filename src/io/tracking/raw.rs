@@ -35,8 +35,7 @@ impl RawShot {
         centres.collect::<Vec<_>>().try_into().ok()
     }
 
-    /// Returns the time at which a track is a tenth of its way from its start, as a part of the
-    /// time of all tracks; 1 if it stays there.
+    /// Returns at which part of all tracks' time one is a tenth of its way from its start; 1: never.
     pub(super) fn beginning(&self, track: &RawTrack) -> Option<f64> {
         const MOVED: f64 = 0.1;
         let [first, last] = span(self.tracks.iter().flat_map(|track| &track.rows).map(|row| row.time));
@@ -59,8 +58,7 @@ pub(super) fn value_at(numbers: &mut [f64], part: f64) -> Option<f64> {
     (place < numbers.len()).then(|| *numbers.select_nth_unstable_by(place, f64::total_cmp).1)
 }
 
-/// Multiple of the range, or of the limit, of nine tenths of some numbers beyond which another one
-/// is a fault.
+/// Multiple of the range, or limit, of nine tenths of some numbers beyond which others are faults.
 pub(super) const UNLIKE: f64 = 5.0;
 
 /// Returns the speed beyond which a step is a jump: a multiple of that which nine tenths of these
@@ -108,6 +106,44 @@ pub(super) struct RawTrack {
 impl RawTrack {
     pub(super) fn sort(&mut self) {
         self.rows.sort_by(|a, b| a.time.total_cmp(&b.time));
+    }
+
+    /// Continues the times of a clock, s, in the order of the lines, when it begins again at 0.
+    pub(super) fn pass_midnight(&mut self) {
+        let (mut midnight, mut before) = (0.0, 0.0);
+        for row in &mut self.rows {
+            if row.time + midnight < before - 43_200.0 {
+                midnight += 86_400.0;
+            }
+            row.time += midnight;
+            before = row.time;
+        }
+    }
+
+    /// Returns the rows in the order of the file.
+    pub(super) fn written(&self) -> Vec<Row> {
+        let mut written = self.rows.clone();
+        written.sort_by_key(|row| row.line);
+        written
+    }
+
+    /// Returns the rows at which the time begins again, before all since it last began, and goes on:
+    /// at another place than at that time before, or to end before it first began.
+    pub(super) fn restarts(&self) -> Vec<Row> {
+        let written = self.written();
+        let [Some(mut first), Some(last)] = [written.first(), written.last()] else { return Vec::new() };
+        let ends_before = last.time < first.time;
+        let mut restarts = Vec::new();
+        for (i, two) in written.windows(2).enumerate().skip(1) {
+            let ([row, next], before) = ([&two[0], &two[1]], &written[..i]);
+            let is_elsewhere = |other: &Row| other.time == row.time && other.distance(row) > 0.0;
+            let begins = row.time < before[i - 1].time && row.time <= first.time && next.time > row.time;
+            if begins && (ends_before || before.iter().any(is_elsewhere)) {
+                first = row;
+                restarts.push(*row);
+            }
+        }
+        restarts
     }
 
     pub(super) fn at(&self, time: f64) -> Option<&Row> {

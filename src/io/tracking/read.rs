@@ -11,7 +11,7 @@ use super::finish;
 use super::formats::FORMATS;
 use super::heading::{Heading, Rows, TITLES, headings};
 use super::raw::{Job, RawShot, RawTrack, Stated, stem};
-use super::reader::{self, Body, Layout, Reader, number_twins};
+use super::reader::{self, Body, Layout, Reader};
 use super::settings::{Column, Columns, Format, angle_unit};
 use super::words::{FRAMES, TIMES, Unit, find};
 use crate::io::error::{Subject, did_you_mean};
@@ -29,10 +29,12 @@ pub(super) fn file(job: Job, alone: bool) -> Option<Vec<RawShot>> {
         job.note(Subject::Format, line, message);
     }
     let (text, _) = without_separator_line(text);
-    let is_archive = job.file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("trz"));
-    let is_xml = text.trim_start().starts_with("<?xml");
-    if is_archive || is_xml && text.contains("org.opensourcephysics.cabrillo.tracker") {
-        job.wrong(None, None, TRACKER_PROJECT);
+    let ending = job.file.extension().unwrap_or_default();
+    let is_project = |[archive, word, _]: &&[&str; 3]| {
+        ending.eq_ignore_ascii_case(archive) || text.trim_start().starts_with('<') && text.contains(word)
+    };
+    if let Some([.., program]) = PROJECTS.iter().find(is_project) {
+        job.wrong(None, None, format!("is a project of the program {program}"));
         return None;
     }
     let job = Job { text: &text, ..job };
@@ -83,8 +85,15 @@ fn by_layout(layout: &Layout, job: Job) -> Vec<RawShot> {
     shots
 }
 
-const TRACKER_PROJECT: &str =
-    "is a project of the program Tracker; expected its data: export them there (File, Export, Data File)";
+/// The ending of archived projects, a word in those that are XML, and their program.
+const PROJECTS: [[&str; 3]; 2] = [
+    [
+        "trz",
+        "org.opensourcephysics.cabrillo.tracker",
+        "Tracker; expected its data: export them there (File, Export, Data File)",
+    ],
+    ["kva", "<Kinovea", "Kinovea; expected its data: export the trajectories there, as text or CSV"],
+];
 const ANY_FORMAT: &str = "a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a \
      section [tracks.columns] in dataset.toml that says which column is what";
 
@@ -209,8 +218,7 @@ const FPS: [&str; 3] = ["fps", "capture_fps", "frame_rate"];
 const EXPECTED: &str = "expected an array of shots, each with \"balls\", each with a \"name\" and \"samples\" of t (seconds) or frame, \
                         x and y";
 
-/// Returns whether a text is JSON, as tools in the browser save it: an array of shots, each with
-/// balls, each with samples.
+/// Returns whether a text is JSON, as tools in the browser save it.
 fn is_json(text: &str) -> bool {
     let text = text.trim_start();
     text.starts_with('{')
@@ -285,8 +293,7 @@ impl File<'_> {
         None
     }
 
-    /// Reads a shot, which is called `unnamed` unless it has a name; `root` may state its frame
-    /// rate.
+    /// Reads a shot, called `unnamed` unless it has a name; `root` may state its frame rate.
     fn shot(
         &self,
         raw: &RawValue,
@@ -302,8 +309,8 @@ impl File<'_> {
         let in_list = (1..).zip(parsed::<Vec<&RawValue>>(balls)).map(|(number, ball): (usize, _)| {
             (get_cell(&parsed(ball), &NAME).unwrap_or_else(|| number.to_string()), ball)
         });
-        let (mut time, mut rows, mut bodies) = (None, Vec::new(), Vec::new());
-        for (index, (ball_name, ball)) in in_list.chain(parsed::<Object>(balls)).enumerate() {
+        let (mut time, mut rows) = (None, Vec::new());
+        for (ball_name, ball) in in_list.chain(parsed::<Object>(balls)) {
             let samples = get(&parsed(ball), &SAMPLES).unwrap_or(ball);
             if !samples.get().starts_with('[') {
                 return self.refuse(ball, lacks("ball", &ball_name, "samples"));
@@ -313,9 +320,8 @@ impl File<'_> {
                 if *time.get_or_insert(own) != own {
                     return self.refuse(sample, "has another kind of time than the samples above");
                 }
-                rows.push((self.line(sample), index, [name.clone().into(), t, x, y]));
+                rows.push((self.line(sample), [name.clone().into(), ball_name.clone().into(), t, x, y]));
             }
-            bodies.push(Body::new(ball_name, [2, 3]));
         }
         let mut stated = Stated { format: Format::Json, unit, time: time.flatten(), ..Stated::default() };
         if let Some(fps) = get_cell(&shot, &FPS).or_else(|| get_cell(root, &FPS)) {
@@ -323,18 +329,17 @@ impl File<'_> {
             let known = known.or_else(|| self.refuse(raw, format!("fps is {fps}, not frames per second")))?;
             stated.fps = Some(known).filter(|_| stated.time == Some(Unit::Frames));
         }
-        number_twins(&mut bodies);
-        let heading = Heading::plain(1, 0, None, ["shot", "time", "x", "y"].map(str::to_string).to_vec());
-        let layout = Layout { heading, shot: Some(0), ball: None, time: Some(1), stated, bodies };
+        let names = ["shot", "ball", "time", "x", "y"].map(str::to_string);
+        let (heading, bodies) = (Heading::plain(1, 0, None, names.to_vec()), vec![Body::new("", [3, 4])]);
+        let layout = Layout { heading, shot: Some(0), ball: Some(1), time: Some(2), stated, bodies };
         let mut reader = Reader::new(self.job, &layout);
-        for (line, body, cells) in &rows {
-            reader.add(*line, cells, &layout.bodies[*body..=*body]);
+        for (line, cells) in &rows {
+            reader.add(*line, cells, &layout.bodies);
         }
         Some(reader.finish())
     }
 
-    /// Returns `{t, x, y}`, or `{frame, x, y}`, or `[t, x, y]`, whose unit of time is not stated,
-    /// as cells of a table.
+    /// Returns the cells of `{t, x, y}`, `{frame, x, y}`, or `[t, x, y]`, without a unit of time.
     fn cells(&self, raw: &RawValue) -> Option<(Option<Unit>, [Cow<'static, str>; 3])> {
         let cells = |values: [Option<&RawValue>; 3]| values.map(|at| at.map_or(String::new(), cell).into());
         if let [time, x, y] = parsed::<Vec<&RawValue>>(raw)[..] {

@@ -213,7 +213,12 @@ impl<'a> Reader<'a> {
             job.note(Subject::Format, None, "decimal comma");
         }
         let mut shots: Vec<RawShot> = self.shots.into_values().collect();
-        shots.iter_mut().flat_map(|shot| &mut shot.tracks).for_each(RawTrack::sort);
+        for track in shots.iter_mut().flat_map(|shot| &mut shot.tracks) {
+            if let Some((Some(_), _)) = self.clock {
+                track.pass_midnight();
+            }
+            track.sort();
+        }
         if let Some((Some(mark), line)) = self.clock {
             let rounding = Some(1.0 / 10.0_f64.powi(self.digits as i32));
             let mut stated = Stated { time: Some(Unit::S), rounding, ..self.layout.stated };
@@ -307,7 +312,7 @@ impl Body {
 }
 
 /// Numbers bodies of the same name, in their order: "A (1)", "A (2)".
-pub(super) fn number_twins(bodies: &mut [Body]) {
+fn number_twins(bodies: &mut [Body]) {
     let mut bodies: Vec<&mut Body> = bodies.iter_mut().filter(|body| body.part.is_empty()).collect();
     let names: Vec<String> = bodies.iter().map(|body| body.name.clone()).collect();
     for (i, body) in bodies.iter_mut().enumerate() {

@@ -75,22 +75,16 @@ impl Row {
     }
 }
 
-/// Unites frames of one time. `None`, with a problem: a track at two places at a time, or a clock
-/// that starts again.
+/// Unites frames of one time. `None`, with a problem: two places at a time, or a second clip.
 pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Option<()> {
-    for RawTrack { name, rows, .. } in &mut shot.tracks {
-        let mut written: Vec<&Row> = rows.iter().collect();
-        written.sort_by_key(|row| row.line);
-        let backwards: Vec<&[&Row]> = written.windows(2).filter(|two| two[1].time < two[0].time).collect();
-        let back = backwards.first().map(|two| *two[1]);
-        let complain_of_clips = |Row { time, line, .. }: Row| {
+    for track in &mut shot.tracks {
+        let restart = track.restarts().first().copied();
+        let back = track.written().windows(2).find(|two| two[1].time < two[0].time).map(|two| two[1].line);
+        let RawTrack { name, rows, .. } = track;
+        if let Some(Row { time, line, .. }) = restart {
             let expected = "expected each clip as a shot of its own";
             job.wrong(line, None, format!("time of \"{name}\" runs backwards, to {time:.6} s; {expected}"));
-            None
-        };
-        let is_second = written.len() > 2 && written[written.len() - 1].time < written[0].time;
-        if let Some(row) = back.filter(|_| backwards.len() == 1 && is_second) {
-            return complain_of_clips(row);
+            return None;
         }
         let mut united: Vec<Row> = Vec::with_capacity(rows.len());
         for row in rows.iter() {
@@ -99,9 +93,6 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Option<()> {
                 continue;
             };
             if !known.is_gap() && !row.is_gap() && known.place != row.place {
-                if let Some(row) = back {
-                    return complain_of_clips(row);
-                }
                 let ([x, y], [known_x, known_y], time, line) = (row.place, known.place, row.time, known.line);
                 let places = format!("({x}, {y}) here and ({known_x}, {known_y}) in line {line}");
                 let message = format!("\"{name}\" is at two places at {time:.6} s: {places}; expected one");
@@ -116,9 +107,9 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Option<()> {
             }
         }
         *rows = united;
-        if let Some(Row { line, .. }) = back {
+        if back.is_some() {
             let message = format!("the rows of \"{name}\" are not in the order of time; put in order");
-            job.note(Subject::Order, line, message);
+            job.note(Subject::Order, back, message);
         }
     }
     Some(())

@@ -174,6 +174,15 @@ impl TrackSettings {
         self.film.from_balls = !has_ruler;
         self.film.scale_sd = has_ruler.then(|| self.scale.sd.unwrap_or(Tracks::SCALE_SD));
         self.film.rate_sd = self.video.capture_fps_sd.zip(self.fps()).map(|(sd, fps)| sd / fps);
+        let interval = self.fps().filter(|_| !self.video.has_unknown_rate()).map(f64::recip);
+        if let Some((seconds, interval)) =
+            seconds.zip(interval).filter(|(seconds, interval)| seconds > interval)
+        {
+            let message = format!(
+                "the rows of a picture are read in {seconds} s; expected at most the time of a frame, {interval:.6} s"
+            );
+            source.wrong("video.row_readout_s camera.shutter", message);
+        }
         let map = (is_px && points.len() > 3).then(|| homography(points, is_up)).transpose();
         let map = map.map_err(|message| source.wrong("scale.point.0", message)).ok().flatten();
         self.film.notes.extend(map.iter().map(|(_, note)| format!("{}: {note}", source.path.display())));

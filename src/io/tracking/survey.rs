@@ -108,13 +108,16 @@ impl Survey {
         grouped(begins).into_iter().map(|(name, all)| (name, median(all))).collect()
     }
 
-    /// Returns the frame rate that the times follow, and their unit unless it is seconds.
+    /// Returns the frame rate that the times follow, and their unit unless it is that of the file.
     pub(crate) fn times(&self) -> (Option<f64>, Option<&'static str>) {
-        match self.shots.iter().find_map(followed) {
-            Some(fps) if (fps - 1.0).abs() < 1e-3 => (None, Some("frames")),
-            Some(fps) if fps < 1e-3 * LEAST_FPS => (Some(1e6 * fps), Some("us")),
-            Some(fps) if fps < LEAST_FPS => (Some(1e3 * fps), Some("ms")),
-            fps => (fps, None),
+        let Some(fps) = self.shots.iter().find_map(followed) else { return (None, None) };
+        if (fps - 1.0).abs() < 1e-3 {
+            return (None, Some(Unit::Frames.name()));
+        }
+        let rates = Unit::S.alike().filter_map(|unit| Some((fps / unit.seconds()?, unit)));
+        match rates.into_iter().find(|(rate, _)| *rate >= LEAST_FPS) {
+            Some((rate, unit)) => (Some(rate), (unit != Unit::S).then(|| unit.name())),
+            None => (Some(fps), None),
         }
     }
 
@@ -260,11 +263,13 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
     if positions.iter().any(is_raw) {
         positions.retain(is_raw);
     }
-    if text.starts_with(MOTIVE) {
+    let third: Vec<usize> = positions.iter().filter_map(|[x, _]| beside(&names, *x, "z")).collect();
+    let heights: Vec<usize> = positions.iter().map(|[_, y]| *y).collect();
+    let extent = |columns: &[usize]| columns.iter().map(|i| rows.extent(*i)).fold(0.0, f64::max);
+    let is_up = || text.starts_with(MOTIVE) || extent(&heights) < extent(&third);
+    if third.len() == positions.len() && is_up() {
         // seen from above, z, x and the height y are right-handed as x, y and z are
-        for [x, y] in &mut positions {
-            [*x, *y] = beside(&names, *x, "z").map_or([*x, *y], |z| [z, *x]);
-        }
+        positions = positions.iter().zip(third).map(|([x, _], z)| [z, *x]).collect();
     }
     let names_balls = |role| find(&names, role).is_some_and(|column| rows.values(column) > 1);
     let [frame, time, shot] = [FRAMES, TIMES, SHOTS].map(|role| find(&names, role));

@@ -3,15 +3,14 @@
 
 use super::raw::{Job, RawShot, RawTrack, Row, sorted, span};
 use super::words::Unit;
-use crate::io::error::Subject;
+use crate::io::error::{Subject, quoted};
 use crate::numerics::median;
 
 /// Largest deviation from even steps beyond rounding, in steps: of frame rates, of times from whole
 /// frames, and of coordinates from a grid. Eight random coordinates fit one of the grids tried in
 /// 12·0.04⁸ = 8e-11 of tracks.
 pub(super) const MAX_OFF: f64 = 0.02;
-/// Largest deviation, in frames, at which a time shows its frame: of its rounding, or a varying
-/// clock.
+/// Largest deviation, by rounding or a varying clock, at which a time shows its frame, in frames.
 const MAX_ROUNDING: f64 = 0.3;
 /// Frames per second of time codes.
 const CODE_RATES: [f64; 6] = [24.0, 25.0, 30.0, 48.0, 50.0, 60.0];
@@ -69,8 +68,7 @@ pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<
 
 /// The frames behind the times of a shot.
 struct Grid {
-    /// Times of the file's clock, s, ascending: of each row if rows are counted, else the
-    /// different.
+    /// Times of the file's clock, s, ascending: of each row if rows are counted, else all different.
     times: Vec<f64>,
     are_rows: bool,
     /// Rounding of the times, s; 0 if they are exact.
@@ -88,8 +86,7 @@ impl Grid {
         Self { times, are_rows: false, resolution, spacing }
     }
 
-    /// Makes every row a frame if neighbours share a time on a coarse clock, not if each has its
-    /// own.
+    /// Makes every row a frame if neighbours share a time on a coarse clock.
     fn count_repeated(&mut self, shot: &RawShot, second: f64, rate: f64) -> Result<(), String> {
         let is_whole = |t: &f64| (t * rate - (t * rate).round()).abs() < MAX_OFF;
         let has_time_per_frame = self.resolution * rate < 1.5 && self.times.iter().all(is_whole);
@@ -269,16 +266,14 @@ fn spacing(times: &[f64], resolution: f64) -> f64 {
     steps.iter().sum::<f64>() / steps.iter().map(frames).sum::<f64>()
 }
 
-/// Returns how much later than its frame at this rate, frames/s, each time is, from the first on,
-/// s.
+/// Returns how much later than its frame at this rate, frames/s, each time is, s.
 fn late(frames: &[f64], seconds: &[f64], rate: f64) -> impl Iterator<Item = f64> {
     let [first_frame, first_second] = [frames, seconds].map(|all| all.first().copied().unwrap_or_default());
     let both = frames.iter().zip(seconds);
     both.map(move |(frame, second)| (second - first_second) - (frame - first_frame) / rate)
 }
 
-/// Returns the first row whose time and frame number, from the first row, contradict each other at
-/// this rate, frames/s, by more than half a frame and the rounding of the times.
+/// Returns the first row whose time and frame number contradict each other by half a frame.
 pub(super) fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: f64) -> Option<usize> {
     late(frames, seconds, rate).position(|late| late.abs() > 0.5 / rate + rounding)
 }
@@ -298,8 +293,9 @@ fn guess_unit(shot: &RawShot, rate: Option<f64>) -> Result<Unit, String> {
         // a frame each millisecond: both units agree
         [Unit::Frames, Unit::Ms] if rate == Some(1000.0) => Ok(Unit::Frames),
         _ => Err(format!(
-            "times are {spacing} apart, from which their unit does not follow; expected [tracks] time_unit = \"frames\", \"s\", \
-             \"ms\" or \"us\", and the [video] capture_fps of the camera"
+            "times are {spacing} apart, from which their unit does not follow; expected [tracks] time_unit (one of {}), and the \
+             [video] capture_fps of the camera",
+            quoted(Unit::S.names_alike())
         )),
     }
 }

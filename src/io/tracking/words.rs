@@ -12,7 +12,7 @@ pub(super) struct Words(&'static str, &'static str);
 pub(super) const TIMES: Words = Words(
     "t time timestamp seconds sec zeit temps tiempo tempo tijd czas aika elapsedtime positiont tid elapsed msec posmsec \
      zaman время 时间 時間",
-    "s sec ms us stamp seconds stampms stamps",
+    "s sec ms us ns stamp seconds stampms stamps",
 );
 pub(super) const FRAMES: Words = Words(
     "frame frames bild einzelbild image img slice fotogramma fotograma cuadro beeld klatka bilde videoframe kare кадр 帧 フレーム",
@@ -182,6 +182,7 @@ worded! {
         S = "s" | "s sec second seconds",
         Ms = "ms" | "ms msec millisecond milliseconds",
         Us = "us" | "us µs μs",
+        Ns = "ns" | "ns nanosecond nanoseconds",
         Rad = "rad" | "rad radian radians",
         Deg = "deg" | "deg ° degree degrees",
     }
@@ -198,7 +199,7 @@ impl Unit {
     /// Returns the SI unit of its quantity.
     pub(super) fn si(self) -> Self {
         match self {
-            Self::Frames | Self::S | Self::Ms | Self::Us => Self::S,
+            Self::Frames | Self::S | Self::Ms | Self::Us | Self::Ns => Self::S,
             Self::Rad | Self::Deg => Self::Rad,
             _ => Self::M,
         }
@@ -231,6 +232,7 @@ impl Unit {
             Self::S => Some(1.0),
             Self::Ms => Some(1e-3),
             Self::Us => Some(1e-6),
+            Self::Ns => Some(1e-9),
             _ => None,
         }
     }
