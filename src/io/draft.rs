@@ -117,7 +117,7 @@ pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
         }
     };
     let here = if draft.folder.as_os_str().is_empty() { Path::new(".") } else { &draft.folder };
-    let Some(first) = files.first() else { return Err(Problem::new(here, None, "holds no table")) };
+    let Some(first) = files.first() else { return Err(Problem::new(here, "holds no table")) };
     let name = std::path::absolute(here).unwrap_or_else(|_| here.to_path_buf());
     let name = name.file_name().map_or("my-data".into(), |name| name.to_string_lossy().into_owned());
     let relative = |Seen { file, .. }: &Seen| {
@@ -168,7 +168,7 @@ struct Seen {
 impl Seen {
     fn of(file: PathBuf) -> Result<Self, Problem> {
         let bytes = std::fs::read(&file);
-        let bytes = bytes.map_err(|error| Problem::new(&file, None, format!("cannot be read: {error}")))?;
+        let bytes = bytes.map_err(|error| Problem::new(&file, format!("cannot be read: {error}")))?;
         let text = decode(&bytes).0.into_owned();
         let (table, _) = without_separator_line(text.as_str().into());
         let names = line_of_names(&table).split([',', ';', '\t']);
@@ -195,20 +195,22 @@ impl Seen {
             () => "tracks",
         };
         if self.kind == "tracks" {
-            let is_odd = |c: char| c == char::REPLACEMENT_CHARACTER || c.is_control() && !c.is_whitespace();
-            let is_text = |line: &str| !line.starts_with(['{', '[', '<']) && !line.contains(is_odd);
-            let survey = Survey::of(&self.file, &self.text).map_err(|problems| problems.into_iter().next());
-            self.survey = match survey {
-                Err(Some(problem))
-                    if !filled_lines(&self.text).next().is_some_and(|(_, line)| is_text(line)) =>
-                {
-                    return Err(problem);
+            self.survey = match Survey::of(&self.file, &self.text) {
+                Err(problems) if !is_text(&self.text) => {
+                    return problems.into_iter().next().map_or(Ok(()), Err);
                 }
                 survey => survey.unwrap_or_default(),
             };
         }
         Ok(())
     }
+}
+
+/// Returns whether a file begins with text, not with JSON, XML or other bytes.
+fn is_text(text: &str) -> bool {
+    let is_odd = |c: char| c == char::REPLACEMENT_CHARACTER || c.is_control() && !c.is_whitespace();
+    let mut lines = filled_lines(text);
+    lines.next().is_some_and(|(_, line)| !line.starts_with(['{', '[', '<']) && !line.contains(is_odd))
 }
 
 /// Returns the files; a folder is replaced by its tables.
@@ -226,7 +228,7 @@ fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, Problem> {
             "{count} files like {name} hold one frame each, as YOLO writes them. Expected one table per shot: join its files below a \
              line frame class x_center y_center width height, with the number of the frame in each row and lengths in pixels"
         );
-        return Err(Problem::new(first.parent().unwrap_or(first), None, message));
+        return Err(Problem::new(first.parent().unwrap_or(first), message));
     }
     Ok(all)
 }
@@ -247,11 +249,7 @@ fn tables(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
             }
         }
     }
-    Err(Problem::new(
-        folder,
-        None,
-        "holds no table (.csv, .txt, .tsv or .dat); save a workbook's sheet as CSV",
-    ))
+    Err(Problem::new(folder, "holds no table (.csv, .txt, .tsv or .dat); save a workbook's sheet as CSV"))
 }
 
 /// Returns whether a file holds boxes of one frame: class, x, y, width, height.
@@ -276,7 +274,7 @@ fn look_at(files: &mut Vec<Seen>, found: &mut Vec<String>) -> Result<(), Problem
         let (own, Seen { file, kind, .. }) = (other.kind, &files[0]);
         let first = format!("{} is of kind {kind}", file.display());
         let message = format!("is of kind {own}, but {first}; expected files of one data set");
-        return Err(Problem::new(&other.file, None, message));
+        return Err(Problem::new(&other.file, message));
     }
     Ok(())
 }

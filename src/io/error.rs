@@ -26,8 +26,9 @@ pub struct Problem {
 }
 
 impl Problem {
-    pub(crate) fn new(file: &Path, line: impl Into<Option<usize>>, message: impl Into<String>) -> Self {
-        Self { file: file.to_path_buf(), line: line.into(), column: None, message: message.into() }
+    /// Returns a problem of a whole file.
+    pub(crate) fn new(file: &Path, message: impl Into<String>) -> Self {
+        Self { file: file.to_path_buf(), line: None, column: None, message: message.into() }
     }
 
     fn place(&self) -> String {
@@ -126,8 +127,8 @@ impl Log {
         column: impl Into<Option<&'a str>>,
         message: impl Into<String>,
     ) {
-        let column = column.into().map(str::to_string);
-        self.problems.borrow_mut().push(Problem { column, ..Problem::new(file, line, message) });
+        let (line, column) = (line.into(), column.into().map(str::to_string));
+        self.problems.borrow_mut().push(Problem { line, column, ..Problem::new(file, message) });
     }
 
     pub(crate) fn note(
@@ -137,7 +138,8 @@ impl Log {
         line: impl Into<Option<usize>>,
         message: impl Into<String>,
     ) {
-        self.notes.borrow_mut().push((subject, Problem::new(file, line, message)));
+        let line = line.into();
+        self.notes.borrow_mut().push((subject, Problem { line, ..Problem::new(file, message) }));
     }
 
     /// Adds the entries of another log; returns the damage among them.

@@ -35,8 +35,7 @@ pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawSh
     }
     // names of shots in the table are believed
     if let [shot] = shots.as_slice() {
-        let fps = job.settings.fps().filter(|_| !job.settings.video.has_unknown_rate());
-        let clips = clips_of(shot, fps, alone);
+        let clips = clips_of(shot, job.settings.known_fps(), alone);
         let is_seen = |track: &&RawTrack| track.seen().count() >= MIN_FRAMES;
         let are_clips = clips.iter().all(|clip| clip.tracks.iter().filter(is_seen).count() > 1);
         if clips.len() > 1 && are_clips {

@@ -148,8 +148,8 @@ impl Heading {
     /// Returns the column of frame numbers (flag) or of times; complains if both contradict each other.
     pub(super) fn clock(&self, columns: [Option<usize>; 3], job: Job) -> Option<(usize, bool)> {
         let [frame, time, shot] = columns;
-        let video = &job.settings.video;
-        let rate = video.playback_fps.or(job.settings.fps()).filter(|_| !video.has_unknown_rate());
+        // playback_fps goes with a known rate only
+        let rate = job.settings.known_fps().map(|fps| job.settings.video.playback_fps.unwrap_or(fps));
         if let (Some(frame), Some(time), Some(rate)) = (frame, time, rate) {
             self.check_clock([frame, time], shot, rate, job);
         }

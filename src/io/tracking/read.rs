@@ -30,11 +30,12 @@ pub(super) fn file(job: Job, alone: bool) -> Option<Vec<RawShot>> {
     }
     let (text, _) = without_separator_line(text);
     let ending = job.file.extension().unwrap_or_default();
-    let is_project = |[archive, word, _]: &&[&str; 3]| {
+    let is_project = |[archive, word, ..]: &&[&str; 4]| {
         ending.eq_ignore_ascii_case(archive) || text.trim_start().starts_with('<') && text.contains(word)
     };
-    if let Some([.., program]) = PROJECTS.iter().find(is_project) {
-        job.wrong(None, None, format!("is a project of the program {program}"));
+    if let Some([.., program, data]) = PROJECTS.iter().find(is_project) {
+        let message = format!("is a project of the program {program}; expected its data: export {data}");
+        job.wrong(None, None, message);
         return None;
     }
     let job = Job { text: &text, ..job };
@@ -85,14 +86,10 @@ fn by_layout(layout: &Layout, job: Job) -> Vec<RawShot> {
     shots
 }
 
-/// The ending of archived projects, a word in those that are XML, and their program.
-const PROJECTS: [[&str; 3]; 2] = [
-    [
-        "trz",
-        "org.opensourcephysics.cabrillo.tracker",
-        "Tracker; expected its data: export them there (File, Export, Data File)",
-    ],
-    ["kva", "<Kinovea", "Kinovea; expected its data: export the trajectories there, as text or CSV"],
+/// Endings of archived projects, a word in those that are XML, their program, and what to export.
+const PROJECTS: [[&str; 4]; 2] = [
+    ["trz", "org.opensourcephysics.cabrillo.tracker", "Tracker", "them there (File, Export, Data File)"],
+    ["kva", "<Kinovea", "Kinovea", "the trajectories there, as text or CSV"],
 ];
 const ANY_FORMAT: &str = "a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a \
      section [tracks.columns] in dataset.toml that says which column is what";

@@ -170,11 +170,8 @@ impl<'a> Reader<'a> {
         let place = [0, 1].map(|axis: usize| {
             let mut number = |pair: [usize; 2]| self.positions.number(at(pair[axis])).unwrap_or(f64::NAN);
             let place = number(body.xy);
-            match (body.corner, body.size) {
-                (Some(corner), _) => f64::midpoint(place, number(corner)),
-                (None, Some(size)) => place + 0.5 * number(size),
-                (None, None) => place,
-            }
+            let place = body.corner.map_or(place, |corner| f64::midpoint(place, number(corner)));
+            body.size.map_or(place, |size| place + 0.5 * number(size))
         });
         let line = at(body.xy[0]).line;
         if place[0].is_nan() != place[1].is_nan() {

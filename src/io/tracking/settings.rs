@@ -145,6 +145,11 @@ impl TrackSettings {
         self.video.capture_fps.map(|rate| rate.number().unwrap_or(1.0))
     }
 
+    /// Returns the frame rate of the camera unless it is stated as unknown.
+    pub(super) fn known_fps(&self) -> Option<f64> {
+        self.video.capture_fps.and_then(NumberOr::number)
+    }
+
     /// Returns the calibration of a file that states this unit of lengths.
     pub(super) fn calibration(&self, unit: Option<Unit>) -> Calibration {
         let stated = unit.filter(|_| self.scale.length_unit.is_none()).and_then(Unit::metres);
@@ -174,12 +179,10 @@ impl TrackSettings {
         self.film.from_balls = !has_ruler;
         self.film.scale_sd = has_ruler.then(|| self.scale.sd.unwrap_or(Tracks::SCALE_SD));
         self.film.rate_sd = self.video.capture_fps_sd.zip(self.fps()).map(|(sd, fps)| sd / fps);
-        let interval = self.fps().filter(|_| !self.video.has_unknown_rate()).map(f64::recip);
-        if let Some((seconds, interval)) =
-            seconds.zip(interval).filter(|(seconds, interval)| seconds > interval)
-        {
+        let frame = self.known_fps().map(f64::recip);
+        if let Some((seconds, frame)) = seconds.zip(frame).filter(|(seconds, frame)| seconds > frame) {
             let message = format!(
-                "the rows of a picture are read in {seconds} s; expected at most the time of a frame, {interval:.6} s"
+                "rows of a picture are read in {seconds} s; expected at most {frame:.6} s, the time of a frame"
             );
             source.wrong("video.row_readout_s camera.shutter", message);
         }

@@ -111,13 +111,11 @@ impl Survey {
     /// Returns the frame rate that the times follow, and their unit unless it is that of the file.
     pub(crate) fn times(&self) -> (Option<f64>, Option<&'static str>) {
         let Some(fps) = self.shots.iter().find_map(followed) else { return (None, None) };
-        if (fps - 1.0).abs() < 1e-3 {
-            return (None, Some(Unit::Frames.name()));
-        }
-        let rates = Unit::S.alike().filter_map(|unit| Some((fps / unit.seconds()?, unit)));
-        match rates.into_iter().find(|(rate, _)| *rate >= LEAST_FPS) {
-            Some((rate, unit)) => (Some(rate), (unit != Unit::S).then(|| unit.name())),
-            None => (Some(fps), None),
+        let mut rates = Unit::S.alike().filter_map(|unit| Some((fps / unit.seconds()?, unit)));
+        match rates.find(|(rate, _)| *rate >= LEAST_FPS) {
+            _ if (fps - 1.0).abs() < 1e-3 => (None, Some(Unit::Frames.name())),
+            Some((rate, unit)) if unit != Unit::S => (Some(rate), Some(unit.name())),
+            _ => (Some(fps), None),
         }
     }
 

@@ -141,9 +141,8 @@ impl Grid {
 
     /// Returns the frame rate by the given frames.
     fn mean_rate(&self, frames: &[f64]) -> f64 {
-        frames
-            .last()
-            .map_or(f64::NAN, |last| last.max(1.0) / (self.times[self.times.len() - 1] - self.times[0]))
+        let [first, last] = span(self.times.iter().copied());
+        frames.last().copied().unwrap_or_default().max(1.0) / (last - first)
     }
 
     /// Returns the frames of the coarsest grid of all times, and the roundest rate possible.
