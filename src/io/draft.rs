@@ -9,7 +9,7 @@ use toml::Value;
 
 use super::error::Problem;
 use super::table::near_miss;
-use super::text::{beginning, decode, filled_lines, line_of_names, without_separator_line};
+use super::text::{beginning, decode, filled_lines, line_of_names, value, without_separator_line};
 use super::tracking::{KNOWN, Survey};
 use crate::words::Sentences;
 
@@ -216,21 +216,7 @@ fn is_text(text: &str) -> bool {
 /// Returns the files; a folder is replaced by its tables.
 fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, Problem> {
     let each = files.iter().map(|file| if file.is_dir() { tables(file) } else { Ok(vec![file.clone()]) });
-    let all = each.collect::<Result<Vec<_>, _>>()?.concat();
-    if let [first, .., last] = all.as_slice()
-        && all.len() >= FRAMES
-        && is_frame(first)
-        && is_frame(last)
-    {
-        let name = first.file_name().unwrap_or_default().to_string_lossy();
-        let count = all.len();
-        let message = format!(
-            "{count} files like {name} hold one frame each, as YOLO writes them. Expected one table per shot: join its files below a \
-             line frame class x_center y_center width height, with the number of the frame in each row and lengths in pixels"
-        );
-        return Err(Problem::new(first.parent().unwrap_or(first), message));
-    }
-    Ok(all)
+    Ok(each.collect::<Result<Vec<_>, _>>()?.concat())
 }
 
 /// Returns the tables in a folder or, if it lacks tables, in its subfolders, or in theirs.
@@ -252,15 +238,22 @@ fn tables(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
     Err(Problem::new(folder, "holds no table (.csv, .txt, .tsv or .dat); save a workbook's sheet as CSV"))
 }
 
-/// Returns whether a file holds boxes of one frame: class, x, y, width, height.
-fn is_frame(file: &Path) -> bool {
-    let text = std::fs::read_to_string(file).unwrap_or_default();
-    let numbers = |row: &str| row.split_whitespace().filter(|cell| cell.parse::<f64>().is_ok()).count();
-    (1..=BOXES).contains(&text.lines().count()) && text.lines().all(|row| (5..=7).contains(&numbers(row)))
-}
-
 /// Looks at files; leaves out those that are not understood if others are. `Err`: different kinds.
 fn look_at(files: &mut Vec<Seen>, found: &mut Vec<String>) -> Result<(), Problem> {
+    let numbers = |row: &str| row.split_whitespace().filter_map(value).count();
+    let is_row = |row: &str| (5..=7).contains(&numbers(row));
+    let is_frame = |text: &str| (1..=BOXES).contains(&text.lines().count()) && text.lines().all(is_row);
+    let frames: Vec<&Path> =
+        files.iter().filter(|seen| is_frame(&seen.text)).map(|seen| &*seen.file).collect();
+    if frames.len() >= FRAMES {
+        let (count, first) = (frames.len(), frames[0]);
+        let name = first.file_name().unwrap_or_default().to_string_lossy();
+        let message = format!(
+            "{count} files like {name} hold one frame each, as YOLO writes them. Expected one table per shot: join its files below a \
+             line frame class x_center y_center width height, with the number of the frame in each row and lengths in pixels"
+        );
+        return Err(Problem::new(first.parent().unwrap_or(first), message));
+    }
     let looked: Vec<Result<(), Problem>> = files.iter_mut().map(Seen::look).collect();
     let is_clear = |seen: &Seen| ["impacts", "angles"].contains(&seen.kind) || !seen.survey.is_empty();
     if !files.iter().any(is_clear) {

@@ -38,17 +38,16 @@ pub fn load(path: &Path) -> Result<Dataset, DatasetError> {
     let file = if path.is_dir() { path.join("dataset.toml") } else { path.to_path_buf() };
     let what = format!("the data set {} cannot be used:", file.display());
     let is_toml = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
-    if !is_toml || !file.is_file() {
-        let message = if file.is_file() {
-            "is not a dataset.toml; expected one, which \"caromfit init\" writes for tables"
-        } else {
-            "there is no such file; expected a dataset.toml, or a folder that holds one"
-        };
-        let log = Log::default();
-        log.add(&file, None, None, message);
-        return Err(log.into_error(what));
-    }
-    checked(&file, None, what, dataset)
+    let message = if !file.is_file() {
+        "there is no such file; expected a dataset.toml, or a folder that holds one"
+    } else if !is_toml {
+        "is not a dataset.toml; expected one, which \"caromfit init\" writes for tables"
+    } else {
+        return checked(&file, None, what, dataset);
+    };
+    let log = Log::default();
+    log.add(&file, None, None, message);
+    Err(log.into_error(what))
 }
 
 /// Loads a data set from the text of a dataset.toml that would stand in the file `path`.
