@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::error::{Log, did_you_mean, quoted};
 use super::manifest::StatedSpin;
 use super::text::{
-    Mark, Place, Slip, cells, line_of_names, lines, parse, read_utf8, value, without_separator_line,
+    Mark, Place, Slip, cells, line_end, line_of_names, parse, read_utf8, value, without_separator_line,
     wrong_width,
 };
 use crate::measurement::fault::{Condition, Fault, POSITIVE};
@@ -288,7 +288,9 @@ fn separator(text: &str) -> char {
 
 /// Splits a text into records. Comments are passed over, and lines of blanks and separators only.
 fn records(text: &str, separator: char, wrong: &dyn Fn(usize, &str)) -> Vec<Record> {
-    let (mut records, mut lines) = (Vec::new(), lines(text));
+    // a quoted cell keeps its ends of lines
+    let end = line_end(text);
+    let (mut records, mut lines) = (Vec::new(), (1..).zip(text.split(end)));
     while let Some((first, line)) = lines.next() {
         if line.trim_start().starts_with('#') {
             continue;
@@ -296,10 +298,11 @@ fn records(text: &str, separator: char, wrong: &dyn Fn(usize, &str)) -> Vec<Reco
         let (mut record, mut last) = (line.to_owned(), first);
         while cells(&record, Some(separator)) == Err(Slip::Open) {
             // the quoted cell ends in a line with another mark
-            let Some(end) = lines.clone().position(|(_, line)| line.contains('"')) else { break };
-            for (line, text) in lines.by_ref().take(end + 1) {
+            let Some(others) = lines.clone().position(|(_, line)| line.contains('"')) else { break };
+            for (line, text) in lines.by_ref().take(others + 1) {
                 last = line;
-                record = record + "\n" + text;
+                record.push(end);
+                record.push_str(text);
             }
         }
         match cells(&record, Some(separator)) {

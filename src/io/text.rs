@@ -71,10 +71,14 @@ pub(crate) fn unmarked(line: &str) -> &str {
     line.trim_start().strip_prefix(['#', '%']).map_or(line, |rest| rest.trim_start_matches(' '))
 }
 
+/// Returns the end of lines of a text, without a carriage return before it.
+pub(crate) fn line_end(text: &str) -> char {
+    if text.contains('\n') { '\n' } else { '\r' }
+}
+
 /// Returns lines with their numbers, from 1. Ends of lines may be LF, CRLF or CR.
 pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
-    let end = if text.contains('\n') { '\n' } else { '\r' };
-    let lines = text.split(end).map(|line| line.strip_suffix('\r').unwrap_or(line));
+    let lines = text.split(line_end(text)).map(|line| line.strip_suffix('\r').unwrap_or(line));
     (1..).zip(lines)
 }
 
