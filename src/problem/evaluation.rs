@@ -43,6 +43,23 @@ impl Eliminated {
         self.factor.inverse().diagonal()
     }
 
+    /// Returns own unknowns of least χ² with one of them at a bound, from those of least χ² without
+    /// bounds and the same cut off at them: x + C₁(b − x₁)/C₁₁ with the covariance C.
+    fn follow(&self, mut free: Own, bounded: Own) -> Own {
+        let is_cut_off = |place: &usize| free[*place] != bounded[*place];
+        let Some(at) = self.places.iter().position(is_cut_off) else { return bounded };
+        let place = self.places[at];
+        let mut unit = DVector::zeros(self.places.len());
+        unit[at] = 1.0;
+        let covariance = self.factor.solve(&unit);
+        let by = (bounded[place] - free[place]) / covariance[at];
+        for (place, covariance) in self.places.iter().zip(&covariance) {
+            free[*place] += by * covariance;
+        }
+        free[place] = bounded[place];
+        free
+    }
+
     /// Returns the variance at given shared unknowns of a number with these derivatives.
     pub(crate) fn variance(&self, by: &DVector<f64>) -> f64 {
         let by = by.select_rows(&self.places);
@@ -292,12 +309,13 @@ impl Reduced {
             };
             let step = DVector::from_iterator(self.kept[s].len(), self.kept[s].iter().map(step_of));
             state.own[s].par_iter_mut().enumerate().for_each(|(i, own)| {
-                let Eliminated { places, response, .. } = &self.own[s][i];
+                let eliminated = &self.own[s][i];
                 let mut moved = own.clone();
-                for (place, by) in places.iter().zip(&(response * &step)) {
+                for (place, by) in eliminated.places.iter().zip(&(&eliminated.response * &step)) {
                     moved[*place] -= by;
                 }
-                *own = sample.block.bounded(i, own, moved);
+                let bounded = sample.block.bounded(i, own, moved.clone());
+                *own = eliminated.follow(moved, bounded);
             });
         }
         state
