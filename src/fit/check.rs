@@ -12,7 +12,7 @@ use crate::measurement::observable::{Axis, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::physics::collision::Fidelity;
-use crate::problem::{POLICY, predict};
+use crate::problem::{POLICY, find_copies, predict};
 use crate::words::capital;
 
 /// Number of shots below which the noise is left to luck.
@@ -82,10 +82,10 @@ pub fn check(dataset: &Dataset) -> Vec<Finding> {
 /// Returns what lets doubt some shots of a data set, or the μ_k of the cloth that their paths show;
 /// findings about the whole come first. Fits have the same among their doubts.
 pub(crate) fn suspicious(dataset: &Dataset, shots: &[&Shot], sliding: Option<Measured>) -> Vec<Finding> {
+    let mut findings = if dataset.tracks.is_some() { copies(shots) } else { Vec::new() };
     if dataset.is_of_discs() {
-        return Vec::new();
+        return findings;
     }
-    let mut findings = Vec::new();
     let (radius, limits) = (dataset.ball.radius, RADII);
     if !(limits[0]..=limits[1]).contains(&radius) {
         let radius = radius.to_string();
@@ -106,6 +106,22 @@ pub(crate) fn suspicious(dataset: &Dataset, shots: &[&Shot], sliding: Option<Mea
     }
     findings.extend(shots.iter().flat_map(|shot| of_shot(shot)));
     findings
+}
+
+/// Returns the shots of films of balls that copies show, or are.
+fn copies(shots: &[&Shot]) -> Vec<Finding> {
+    let numbers = |shot: &&Shot| {
+        let before = match shot.before {
+            Before::Impact { normal, velocity, .. } => [normal, velocity].concat(),
+            Before::Angle { .. } => Vec::new(),
+        };
+        // the outcome first, whose errors are the smallest
+        shot.after.iter().map(|row| row.measured).chain(before).collect()
+    };
+    let pairs = find_copies(&shots.iter().map(numbers).collect::<Vec<_>>());
+    let find =
+        |[i, j]: [usize; 2]| Finding::new(Some(shots[i]), "copy", context! { other => &shots[j].name });
+    pairs.into_iter().map(find).collect()
 }
 
 /// Returns findings as warnings, each kind once: sentences.

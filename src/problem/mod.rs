@@ -19,8 +19,10 @@
 //! | `uncertainty` | errors, scores, conflicts |
 //! | `solution` | a minimum, and what is known there: estimates, budget, influence |
 //! | `findings`, `policy`, `run` | findings, statistical choices, the fit from beginning to end |
+//! | `copies` | clips that are there twice |
 
 mod block;
+mod copies;
 mod discs;
 mod effects;
 mod evaluation;
@@ -45,6 +47,7 @@ mod sums;
 mod uncertainty;
 mod unknowns;
 
+pub(crate) use copies::find_copies;
 pub use discs::impact::DiscImpact;
 pub(crate) use discs::law::{DiscFit, fit_discs};
 pub(crate) use discs::measure::measure_discs;

@@ -16,7 +16,6 @@ mod time;
 mod words;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
-use std::hash::{BuildHasher, RandomState};
 use std::path::PathBuf;
 
 use indexmap::IndexMap;
@@ -120,21 +119,10 @@ fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, Job { settings, log, .. }
         (name, shot, log)
     };
     let done: Vec<_> = shots.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).map(finish).collect();
-    let (mut damaged, hasher) = (Vec::new(), RandomState::new());
-    let mut firsts: HashMap<u64, String> = HashMap::new();
+    let mut damaged = Vec::new();
     for (name, shot, own_log) in done {
         damaged.extend(log.append(own_log).into_iter().map(|damage| (name.clone(), damage)));
-        let Some(shot) = shot else { continue };
-        let samples = shot.cue.iter().chain(&shot.object);
-        let places: Vec<[u64; 2]> = samples.map(|sample| [sample.x, sample.y].map(f64::to_bits)).collect();
-        let first = firsts.entry(hasher.hash_one(places)).or_insert_with(|| name.clone());
-        if *first != name {
-            let message = format!(
-                "all positions are those of shot {first}; expected each clip once: a copy makes errors too small"
-            );
-            log.note(Subject::Repeated, &shot.file, shot.line, message);
-        }
-        tracks.shots.push(shot);
+        tracks.shots.extend(shot);
     }
     for (name, damage) in damaged {
         if tracks.shots.is_empty() {

@@ -13,6 +13,7 @@ use crate::measurement::dataset::Measured;
 use crate::measurement::number::with_error;
 use crate::numerics::median;
 use crate::physics::disc::Discs;
+use crate::problem::copies::find_copies;
 use crate::problem::film::camera::Point;
 use crate::problem::frames::PicturePaths;
 use crate::problem::policy::POLICY;
@@ -131,6 +132,14 @@ impl DiscImpact {
 pub(super) fn find_doubts(impacts: &mut [DiscImpact]) {
     let all: Vec<f64> = impacts.iter().filter_map(|impact| Some(impact.get(DISTANCE)?.value)).collect();
     let typical = (all.len() >= LEAST_SHOTS).then(|| median(all));
+    let states = |impact: &DiscImpact| STATES.split(' ').filter_map(|column| impact.get(column)).collect();
+    for [i, j] in find_copies(&impacts.iter().map(states).collect::<Vec<_>>()) {
+        let name = &impacts[j].name;
+        let copy = format!(
+            "its impact is that of shot {name} within the errors: expected each clip once, a copy makes errors too small"
+        );
+        impacts[i].doubts.push(copy);
+    }
     for impact in impacts {
         let other = typical.and_then(|typical| {
             let [distance, _] =
