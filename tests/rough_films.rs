@@ -79,6 +79,23 @@ fn frames_in_which_the_balls_touch_fit_like_all_others() {
     assert!(is_right(&fit), "{:?}", fit.estimates());
 }
 
+/// A point that jumps off the object ball before the impact, and a frame that shows the one before it.
+#[test]
+fn wrong_and_repeated_frames_are_neither_a_ball_that_moves_nor_a_drop() {
+    let spoiled = |shot: &mut TrackShot, truth: &TrueImpact| {
+        let before = shot.object.partition_point(|sample| sample.t < truth.time);
+        shot.object[before - 8].x += 0.02;
+        let after = before + 8;
+        for samples in [&mut shot.cue, &mut shot.object] {
+            (samples[after].x, samples[after].y) = (samples[after - 1].x, samples[after - 1].y);
+        }
+    };
+    let [(reference, _), (fit, _)] = [fitted(film(7709, |_, _| ())), fitted(film(7709, spoiled))];
+    assert!(fit.shots_rejected().is_empty(), "{:?}", fit.shots_rejected());
+    assert_eq!(part(&fit, "/film/dropped_frames/drops"), 0);
+    is_recovered("wrong and repeated frames", &fit, &reference);
+}
+
 #[test]
 fn frames_that_are_exposed_over_the_impact_are_left_out() {
     let (fit, _) = fitted(film(7701, exposed));
