@@ -96,6 +96,29 @@ fn wrong_and_repeated_frames_are_neither_a_ball_that_moves_nor_a_drop() {
     is_recovered("wrong and repeated frames", &fit, &reference);
 }
 
+/// Each clip once more, begun later, moved and rounded: errors would be too small by √2.
+#[test]
+fn copies_of_clips_are_found() {
+    let mut twice = film(7709, |_, _| ());
+    let shots = &mut twice.tracks.as_mut().unwrap().shots;
+    let copies: Vec<TrackShot> = shots.iter().take(12).cloned().collect();
+    shots.truncate(12);
+    for mut copy in copies {
+        copy.name += " again";
+        for samples in [&mut copy.cue, &mut copy.object] {
+            samples.drain(..2);
+            for sample in samples.iter_mut() {
+                (sample.x, sample.y) =
+                    ((sample.x * 1e5).round() / 1e5 + 0.01, (sample.y * 1e5).round() / 1e5);
+            }
+        }
+        shots.push(copy);
+    }
+    let fit = options::fitted(&twice, Depth::Estimates);
+    let says = |warning: &&str| warning.contains("within the errors: expected each clip once");
+    assert!(fit.warnings().iter().any(says), "{:?}", fit.warnings());
+}
+
 #[test]
 fn frames_that_are_exposed_over_the_impact_are_left_out() {
     let (fit, _) = fitted(film(7701, exposed));

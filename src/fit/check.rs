@@ -108,7 +108,7 @@ pub(crate) fn suspicious(dataset: &Dataset, shots: &[&Shot], sliding: Option<Mea
     findings
 }
 
-/// Returns the shots of films of balls that copies show, or are.
+/// Returns the shots of films of balls that are there twice, each clip and its copies.
 fn copies(shots: &[&Shot]) -> Vec<Finding> {
     let numbers = |shot: &&Shot| {
         let before = match shot.before {

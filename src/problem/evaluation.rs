@@ -43,8 +43,9 @@ impl Eliminated {
         self.factor.inverse().diagonal()
     }
 
-    /// Returns own unknowns of least χ² with one of them at a bound, from those of least χ² without
-    /// bounds and the same cut off at them: x + C₁(b − x₁)/C₁₁ with the covariance C.
+    /// Returns the own unknowns of least χ² with one held at its bound b: x + C₁(b − x₁)/C₁₁ with
+    /// their covariance C. `free`: those of least χ² without bounds, x; `bounded`: the same, cut off
+    /// at their bounds.
     fn follow(&self, mut free: Own, bounded: Own) -> Own {
         let is_cut_off = |place: &usize| free[*place] != bounded[*place];
         let Some(at) = self.places.iter().position(is_cut_off) else { return bounded };

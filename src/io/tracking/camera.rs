@@ -105,7 +105,8 @@ fn exact(value: f64) -> Option<Measured> {
 }
 
 impl Stated {
-    /// Returns the value of each correction of a key, `None` for those to be estimated; or `None`.
+    /// Returns the value of each correction of a key, `None` for those to be estimated; `None`
+    /// unless they are as expected.
     fn values(&self, Key(_, corrections, [low, high], _): &Key) -> Option<Vec<Option<Measured>>> {
         let count = corrections.len();
         let (means, sds) = match self {

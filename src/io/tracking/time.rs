@@ -272,7 +272,8 @@ fn late(frames: &[f64], seconds: &[f64], rate: f64) -> impl Iterator<Item = f64>
     both.map(move |(frame, second)| (second - first_second) - (frame - first_frame) / rate)
 }
 
-/// Returns the first row whose time and frame number contradict each other by half a frame.
+/// Returns the first row whose time and frame number, from the first row, contradict each other at
+/// this rate, frames/s, by more than half a frame and the rounding of the times.
 pub(super) fn first_apart(frames: &[f64], seconds: &[f64], rounding: f64, rate: f64) -> Option<usize> {
     late(frames, seconds, rate).position(|late| late.abs() > 0.5 / rate + rounding)
 }
