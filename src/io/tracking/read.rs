@@ -11,7 +11,7 @@ use super::finish;
 use super::formats::FORMATS;
 use super::heading::{Heading, Rows, TITLES, headings};
 use super::raw::{Job, RawShot, RawTrack, Stated, stem};
-use super::reader::{self, Body, Layout, Reader};
+use super::reader::{self, Body, Layout, Reader, number_twins};
 use super::settings::{Column, Columns, Format, angle_unit};
 use super::words::{FRAMES, TIMES, Unit, find};
 use crate::io::error::{Subject, did_you_mean};
@@ -306,8 +306,10 @@ impl File<'_> {
         let in_list = (1..).zip(parsed::<Vec<&RawValue>>(balls)).map(|(number, ball): (usize, _)| {
             (get_cell(&parsed(ball), &NAME).unwrap_or_else(|| number.to_string()), ball)
         });
+        let mut all: Vec<(String, &RawValue)> = in_list.chain(parsed::<Object>(balls)).collect();
+        number_twins(all.iter_mut().map(|(name, _)| name).collect());
         let (mut time, mut rows) = (None, Vec::new());
-        for (ball_name, ball) in in_list.chain(parsed::<Object>(balls)) {
+        for (ball_name, ball) in all {
             let samples = get(&parsed(ball), &SAMPLES).unwrap_or(ball);
             if !samples.get().starts_with('[') {
                 return self.refuse(ball, lacks("ball", &ball_name, "samples"));

@@ -308,14 +308,13 @@ impl Body {
     }
 }
 
-/// Numbers bodies of the same name, in their order: "A (1)", "A (2)".
-fn number_twins(bodies: &mut [Body]) {
-    let mut bodies: Vec<&mut Body> = bodies.iter_mut().filter(|body| body.part.is_empty()).collect();
-    let names: Vec<String> = bodies.iter().map(|body| body.name.clone()).collect();
-    for (i, body) in bodies.iter_mut().enumerate() {
-        let before = names[..i].iter().filter(|name| **name == names[i]).count();
-        if before > 0 || names[i + 1..].contains(&names[i]) {
-            body.name = format!("{} ({})", names[i], before + 1);
+/// Numbers equal names, in their order: "A (1)", "A (2)".
+pub(super) fn number_twins(names: Vec<&mut String>) {
+    let given: Vec<String> = names.iter().map(|name| name.to_string()).collect();
+    for (i, name) in names.into_iter().enumerate() {
+        let before = given[..i].iter().filter(|other| *other == name).count();
+        if before > 0 || given[i + 1..].contains(name) {
+            *name = format!("{name} ({})", before + 1);
         }
     }
 }
@@ -329,7 +328,8 @@ impl Layout {
         time: Option<(usize, bool)>,
         job: Job,
     ) -> Self {
-        number_twins(&mut bodies);
+        let centres = bodies.iter_mut().filter(|body| body.part.is_empty());
+        number_twins(centres.map(|body| &mut body.name).collect());
         let lengths = bodies.iter().flat_map(Body::lengths);
         let unit = heading.unit(lengths, Unit::M, None, job);
         let unit_of_time = match time {
