@@ -41,18 +41,18 @@ pub(super) fn write_residuals(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Res
     };
     film.write(to, |i| {
         let Some(motion) = film.solution.motion(i) else { return String::new() };
-        let (shot, cut_deg) = (&film.tracks[i].name, motion.cut.to_degrees());
+        let shot = quoted(&film.tracks[i].name);
+        let [cut_deg, speed] = [motion.cut.to_degrees(), motion.speed].map(number);
         let mut text = String::new();
         for frame in film.frames(i).filter(|frame| frame.used) {
-            let ball = ball_name(frame.ball);
-            let standardized = frame.standardized();
+            let (ball, time) = (ball_name(frame.ball), number(frame.time));
+            let of_frame = [frame.seen, frame.predicted, frame.sd, frame.standardized()];
             for (axis, name) in ["x", "y"].into_iter().enumerate() {
-                let observable = format!("{}_{name}", &ball[..3]);
-                let [measured, predicted, sd] = [frame.seen, frame.predicted, frame.sd].map(|own| own[axis]);
-                text += &line(&[
-                    json!([shot, observable, "m", measured, predicted, sd, standardized[axis]]),
-                    json!([cut_deg, motion.speed, frame.time, ball, model]),
-                ]);
+                let [measured, predicted, sd, standardized] = of_frame.map(|own| number(own[axis]));
+                let short = &ball[..3];
+                text += &format!(
+                    "{shot},{short}_{name},m,{measured},{predicted},{sd},{standardized},{cut_deg},{speed},{time},{ball},{model}\n"
+                );
             }
         }
         text
@@ -156,12 +156,20 @@ fn cell(value: &Value) -> Cow<'_, str> {
     match value {
         Value::Null => "".into(),
         Value::String(text) => quoted(text),
-        Value::Number(number) if number.is_f64() => {
-            let number = number.as_f64().map_or(f64::NAN, rounded);
-            format!("{number:?}").trim_end_matches(".0").to_owned().into()
-        }
+        Value::Number(value) if value.is_f64() => value.as_f64().map_or_else(String::new, number).into(),
         other => other.to_string().into(),
     }
+}
+
+/// Returns the cell of a number, empty if it is not known.
+fn number(value: f64) -> String {
+    let mut text = format!("{:?}", rounded(value));
+    if !value.is_finite() {
+        text.clear();
+    } else if text.ends_with(".0") {
+        text.truncate(text.len() - 2);
+    }
+    text
 }
 
 /// Returns a text as RFC 4180 wants it.

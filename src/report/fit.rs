@@ -4,10 +4,11 @@ use minijinja::value::Serde;
 use minijinja::{Value as Values, context};
 
 use super::document::FitDocument;
+use super::plot::{self, Figure};
 use super::shots::{shot_list, tracks};
 use super::templates;
 use super::terminal::{UNKNOWN_COLUMNS, cells, estimate, parameters, rare, table, unknowns, with_unit};
-use super::{Budget, ReportError, budgets, chi2_words, plot, title};
+use super::{Budget, ReportError, budgets, chi2_words, title};
 use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
 use crate::measurement::number::{interval, plain};
 use crate::words::symbol;
@@ -27,14 +28,19 @@ pub fn as_text(fits: &[Fit]) -> String {
 
 /// Returns report.html of a fit.
 pub fn page(fit: &Fit) -> Result<String, ReportError> {
+    page_with(fit, &plot::residuals(fit), &plot::contours(fit))
+}
+
+/// Returns report.html of a fit with its figures of residuals and contours.
+pub(super) fn page_with(fit: &Fit, residuals: &Figure, contours: &Figure) -> Result<String, ReportError> {
     let shots = shot_list(fit.residuals.iter().map(|residual| (residual.shot.clone(), residual)));
     let film = fit.frames.as_ref();
     let figures = context! {
         paths => film.map(|film| Values::from(Serde(plot::all_shots(&fit.dataset, film)))),
         tracks => film.and_then(|film| tracks(film, &shots)),
         discs => Serde(plot::discs(fit)),
-        residuals => Serde(plot::residuals(fit)),
-        contours => Serde(plot::contours(fit)),
+        residuals => Serde(residuals),
+        contours => Serde(contours),
     };
     templates::page(FIT, context! { figures, shots_of_page => Serde(shots), ..of_fit(fit) })
 }

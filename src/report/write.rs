@@ -57,15 +57,16 @@ const NAMES: [&str; 8] = [
 /// Stages the files of the report of a fit. fit.json is the last, so that a program which waits for
 /// it finds the others.
 fn of_fit(fit: &Fit, folder: PathBuf) -> Result<Staged, ReportError> {
-    let mut staged = Staged::new(&folder)?
-        .stream("residuals.csv", |to| csv::write_residuals(fit, to))?
-        .add("shots.csv", csv::shots(fit))?
-        .figure("residuals", &plot::residuals(fit))?;
-    let contours = plot::contours(fit);
-    if !contours.rows.is_empty() {
-        staged = staged.figure("contours", &contours)?;
-    }
-    staged.add(REPORT, fit::page(fit)?)?.add(FIT, document::text(fit)?)
+    let (residuals, contours) = (plot::residuals(fit), plot::contours(fit));
+    let stage = || {
+        let staged = Staged::new(&folder)?
+            .stream("residuals.csv", |to| csv::write_residuals(fit, to))?
+            .add("shots.csv", csv::shots(fit))?
+            .figure("residuals", &residuals)?;
+        if contours.rows.is_empty() { Ok(staged) } else { staged.figure("contours", &contours) }
+    };
+    let (staged, page) = rayon::join(stage, || fit::page_with(fit, &residuals, &contours));
+    staged?.add(REPORT, page?)?.add(FIT, document::text(fit)?)
 }
 
 /// Files for a folder, all of which are complete on the disk before the first one replaces what was

@@ -19,7 +19,7 @@ use crate::problem::evaluation::Reduced;
 use crate::problem::frames::{Frame, PicturePaths};
 use crate::problem::solution::Solution;
 use crate::problem::sums::{Contribution, NoiseSums};
-use crate::problem::unknowns::{Id, Shared};
+use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Velocities of the cue ball and of the object ball after an impact.
 pub(in crate::problem) const VELOCITIES: [Observable; 4] = [
@@ -57,6 +57,8 @@ pub(crate) struct Impact {
     pub(crate) reduced_chi2: f64,
     /// Number of frames that were left out.
     pub(crate) outliers: usize,
+    /// Its own unknowns, and the [`Id::OFFSETS`] of its outcome.
+    end: (Own, [f64; Id::OFFSETS.len()]),
 }
 
 /// The frames of a shot that were used, with the paths that they show.
@@ -279,21 +281,24 @@ impl Solution {
             position_sd: film.noise[1].sd * typical_sd(&used),
             reduced_chi2: add_up(|noise| noise.weighted) / dof.max(1.0),
             outliers: shot.tracks.iter().flatten().filter(|frame| frame.is_left_out()).count(),
+            end: (own.clone(), Id::OFFSETS.map(|id| shared[id])),
         })
     }
 
-    /// Returns the frames of shot `i` of a film with its paths without a law of the impact. They are
+    /// Returns the frames of a shot of a film with its paths without a law of the impact. They are
     /// not kept with its impact, since those of many shots do not fit in memory.
-    pub fn shown_paths(&self, i: usize) -> Option<ShownPaths> {
-        let shared = self.first_shared();
-        let at = self.film_shot(i, &shared)?;
-        let Settled { own, shared, .. } = at.settle(&Id::OFFSETS, SHOT_STOP);
+    pub fn shown_paths(&self, impact: &Impact) -> Option<ShownPaths> {
+        let mut shared = self.first_shared();
+        let (own, offsets) = &impact.end;
+        for (id, offset) in Id::OFFSETS.into_iter().zip(offsets) {
+            shared[id] = *offset;
+        }
+        let at = ShotAt { own, ..self.film_shot(impact.index, &shared)? };
         let used = |frames: &Vec<Frame>| {
             let used = frames.iter().filter(|frame| frame.used);
             used.map(|frame| (frame.time, frame.seen.into())).collect()
         };
-        let paths = ShotAt { own: &own, shared: &shared, ..at }.paths()?;
-        Some(ShownPaths { seen: [0, 1].map(|ball| used(&at.shot.tracks[ball])), paths })
+        Some(ShownPaths { seen: [0, 1].map(|ball| used(&at.shot.tracks[ball])), paths: at.paths()? })
     }
 
     /// Returns the variances of quantities of a shot with a free outcome: those that its frames
