@@ -3,6 +3,7 @@
 //! and how they change with speed, cut or spin tests the model.
 
 use nalgebra::{DMatrix, DVector, Matrix2, Matrix4, Vector2, Vector4, matrix};
+use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::film::shots::VELOCITIES;
@@ -71,7 +72,7 @@ impl Solution {
             Some(rows) => rows.deviations(i, &shared),
             None => self.deviations_of_film(i),
         };
-        (0..state.own[0].len()).map(of_shot).collect()
+        (0..state.own[0].len()).into_par_iter().map(of_shot).collect()
     }
 
     /// Returns the velocities after the impact of shot `i` of a film, as its frames show them, less

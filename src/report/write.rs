@@ -57,16 +57,28 @@ const NAMES: [&str; 8] = [
 /// Stages the files of the report of a fit. fit.json is the last, so that a program which waits for
 /// it finds the others.
 fn of_fit(fit: &Fit, folder: PathBuf) -> Result<Staged, ReportError> {
-    let (residuals, contours) = (plot::residuals(fit), plot::contours(fit));
-    let stage = || {
-        let staged = Staged::new(&folder)?
-            .stream("residuals.csv", |to| csv::write_residuals(fit, to))?
-            .add("shots.csv", csv::shots(fit))?
-            .figure("residuals", &residuals)?;
-        if contours.rows.is_empty() { Ok(staged) } else { staged.figure("contours", &contours) }
+    let tables = || {
+        let staged = Staged::new(&folder)?.stream("residuals.csv", |to| csv::write_residuals(fit, to))?;
+        staged.add("shots.csv", csv::shots(fit))
     };
-    let (staged, page) = rayon::join(stage, || fit::page_with(fit, &residuals, &contours));
-    staged?.add(REPORT, page?)?.add(FIT, document::text(fit)?)
+    let (staged, pictures) = rayon::join(tables, || pictures(fit));
+    staged?.add_all(pictures?)?.add(FIT, document::text(fit)?)
+}
+
+/// Returns the figures of a fit and its page, by the names of their files.
+fn pictures(fit: &Fit) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+    let (residuals, contours) = (plot::residuals(fit), plot::contours(fit));
+    let mut files = drawn("residuals", &residuals)?;
+    if !contours.rows.is_empty() {
+        files.extend(drawn("contours", &contours)?);
+    }
+    files.push((REPORT.to_owned(), fit::page_with(fit, &residuals, &contours)?.into_bytes()));
+    Ok(files)
+}
+
+/// Returns a figure as SVG and as PNG, by the names of their files.
+fn drawn(name: &str, figure: &plot::Figure) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+    Ok(vec![(format!("{name}.svg"), figure.svg()?.0.into_bytes()), (format!("{name}.png"), figure.png()?)])
 }
 
 /// Files for a folder, all of which are complete on the disk before the first one replaces what was
@@ -94,7 +106,11 @@ impl Staged {
 
     /// Adds a figure as SVG and as PNG.
     pub(super) fn figure(self, name: &str, figure: &plot::Figure) -> Result<Self, ReportError> {
-        self.add(&format!("{name}.svg"), figure.svg()?.0)?.add(&format!("{name}.png"), figure.png()?)
+        self.add_all(drawn(name, figure)?)
+    }
+
+    fn add_all(self, files: Vec<(String, Vec<u8>)>) -> Result<Self, ReportError> {
+        files.into_iter().try_fold(self, |staged, (name, content)| staged.add(&name, content))
     }
 
     /// Adds a file that may be more than should be held in memory.

@@ -2,6 +2,7 @@
 //! believing it.
 
 use indexmap::IndexMap;
+use rayon::prelude::*;
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
 use super::axis::{ends, is_drawable};
@@ -89,15 +90,15 @@ impl Observed {
 
     /// Returns the velocities after each impact of a film, in the frame of the collision.
     fn of_film(film: &FittedFilm) -> Self {
+        let (names, solution) = (&film.solution.names[0], &film.solution);
+        let of_shot = |i: usize| Some((i, solution.motion(i)?, solution.offsets(0, i)?));
+        let shots: Vec<_> = (0..names.len()).into_par_iter().filter_map(of_shot).collect();
         let mut observed = Self::new(IN_COLLISION_FRAME.iter());
-        for (i, shot) in film.solution.names[0].iter().enumerate() {
-            let (Some(motion), Some(offsets)) = (film.solution.motion(i), film.solution.offsets(0, i)) else {
-                continue;
-            };
+        for (i, motion, offsets) in shots {
             let against = [motion.cut.to_degrees(), motion.speed, i as f64 + 1.0];
             for (k, name) in IN_COLLISION_FRAME.into_iter().enumerate() {
                 let standardized = offsets.values[k] / offsets.covariance[(k, k)].sqrt();
-                observed.add(name, shot, name, standardized, against);
+                observed.add(name, &names[i], name, standardized, against);
             }
         }
         observed
