@@ -18,10 +18,6 @@ pub(crate) enum Severity {
     Unusable,
 }
 
-/// Number of frames that are off after the impacts, beyond those before them, if a tracker lags:
-/// what balls that touch or an exposure do to positions is similar before and after.
-const LATE: usize = 2;
-
 /// A finding of a fit. `shots` and `of` are numbers of shots, those that the finding is of and all;
 /// `sd` is a standard error, `fall` the decrease of −2 log L with what was found, and `adopted`
 /// whether the estimates include it.
@@ -58,8 +54,7 @@ pub(crate) enum Finding {
     },
     /// Frames next to the impacts are off in all shots, so many before and after, and left out.
     Spoiled { before: usize, after: usize },
-    /// Both balls are off their paths in the first frames after the impacts, and not before: the
-    /// tracker lags.
+    /// Balls are off their paths in the first frames after the impacts: the tracker lags.
     Lags,
     /// A contact that is compliant along its surface.
     Compliance { kappa: f64, shots: usize, fall: f64, adopted: bool },
@@ -121,7 +116,6 @@ impl Finding {
     pub fn severity(&self) -> Severity {
         match self {
             Self::NoiseRefuted { times } if *times > 1.0 => Severity::Note,
-            Self::Spoiled { before, after } if *after >= before + LATE => Severity::Doubtful,
             Self::Undetermined { .. }
             | Self::LostShots { .. }
             | Self::OtherUnit { stated: false, .. }

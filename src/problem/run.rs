@@ -70,10 +70,8 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices) -> Result<Solution,
     }
     let state = &run.descent.end.state;
     let film = run.problem.film();
-    let lags = film.is_some_and(|film| outliers::lags(film, &state.own[0], &state.shared));
-    if lags && !run.findings.contains(&Finding::Lags) {
-        run.findings.push(Finding::Lags);
-    }
+    let lags = film.and_then(|film| outliers::lags(film, &state.own[0], &state.shared));
+    run.findings.extend(lags.map(|_| Finding::Lags));
     let side = film.map(|film| film.spreads[SIDE_SPREAD]);
     let is_wide = |side: &Spread| side.sd > POLICY.side_spins.max(2.0 * side.first);
     run.findings.extend(side.filter(is_wide).map(|Spread { sd, .. }| Finding::SideSpins { sd }));
@@ -220,11 +218,16 @@ impl Run {
     fn leave_out_spoiled(&mut self) {
         let state = self.descent.end.state.clone();
         let Some(film) = self.problem.film_mut() else { return };
-        let Some(reach) = outliers::spoiled(film, &state.own[0], &state.shared) else { return };
+        let spoiled = outliers::spoiled(film, &state.own[0], &state.shared);
         let lags = outliers::lags(film, &state.own[0], &state.shared);
-        let [before, after] = reach;
-        self.findings.push(if lags { Finding::Lags } else { Finding::Spoiled { before, after } });
-        outliers::leave_out_spoiled(film, &state.own[0], reach);
+        if spoiled.is_none() && lags.is_none() {
+            return;
+        }
+        let [before, after] = spoiled.unwrap_or_default();
+        // the first frame after an impact may be less than half a frame away
+        let after = after.max(lags.map_or(0, |frames| frames + 1));
+        self.findings.push(Finding::Spoiled { before, after });
+        outliers::leave_out_spoiled(film, &state.own[0], [before, after]);
         self.descent = descend_with_noise(&mut self.problem, state);
     }
 

@@ -5,9 +5,11 @@
 //! to notice an impact.
 
 use std::f64::consts::LN_2;
+use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::camera::Point;
 use super::filmed::{FilmBlock, FilmedShot, ShotAt};
@@ -42,11 +44,11 @@ const MIN_SHOTS: usize = 8;
 const MAX_SHOTS: usize = 200;
 
 /// Frames after the impact that may show a lag.
-const AFTER: usize = 3;
+const AFTER: usize = 4;
 
-/// Part of a lag by which a ball is off before the impact at most: an exposure that lasts blurs
-/// both sides similarly, and a wrong model shows on both.
-const MAX_BEFORE: f64 = 0.4;
+/// Parts of a lag by which balls are off before the impact, in the same direction if positive: an
+/// exposure that lasts blurs both sides similarly, and a fit shares a lag out among both.
+const BEFORE: Range<f64> = -1.0..0.4;
 
 /// Leaves out frames that stand out alone, and the ends of tracks at which the ball has left its
 /// path; returns the number of frames left out.
@@ -148,39 +150,40 @@ pub(crate) fn leave_out_spoiled(film: &mut FilmBlock, own: &[Own], reach: [usize
     }
 }
 
-/// Returns whether the tracker lags: with u the direction in which the impact changes a ball's
-/// velocity, and r the standardized residuals of a frame, u·r is averaged over the shots for the
-/// last frame before the impact and the first ones after it.
-pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> bool {
+/// Returns the number of frames after the impacts by which the tracker lags, if it does: with u the
+/// direction in which the impact changes a ball's velocity, and r the standardized residuals of a
+/// frame, the mean of u·r over shots and balls differs from 0 (Student's t).
+pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> Option<usize> {
     let shots = film.shots.iter().zip(own).take(MAX_SHOTS);
     let all: Vec<_> =
         shots.filter_map(|(shot, own)| residuals_along(&ShotAt { film, shot, own, shared })).collect();
     let count = all.len() as f64;
-    let mean = |ball: usize, frame: usize| all.iter().map(|shot| shot[ball][frame]).sum::<f64>() / count;
-    let late = |ball: usize, frame: usize| {
-        let (early, mean) = (mean(ball, 0), mean(ball, frame));
-        let squares = all.iter().map(|shot| (shot[ball][frame] - mean).powi(2)).sum::<f64>();
-        let error = (squares / (count - 1.0) / count).sqrt();
-        (mean.abs() > SIGNIFICANT * error && early.abs() < MAX_BEFORE * mean.abs()).then_some(mean)
+    let student = StudentsT::new(0.0, 1.0, count - 1.0).ok()?;
+    let mean = |frame: usize| all.iter().map(|shot| shot[frame]).sum::<f64>() / count;
+    let chance = |frame: usize| {
+        let square = all.iter().map(|shot| (shot[frame] - mean(frame)).powi(2)).sum::<f64>();
+        2.0 * student.sf(mean(frame).abs() / (square / (count - 1.0) / count).sqrt())
     };
-    let both_late = |frame: usize| late(0, frame).zip(late(1, frame));
-    (1..=AFTER).filter_map(both_late).any(|(cue, object)| cue * object > 0.0)
+    let is_late = |frame: usize| {
+        chance(frame) < POLICY.improbable / AFTER as f64 && BEFORE.contains(&(mean(0) / mean(frame)))
+    };
+    let is_off = |frame: &usize| chance(*frame) < POLICY.level;
+    (1..=AFTER).any(is_late).then(|| (1..=AFTER).rev().find(is_off))?
 }
 
-/// Returns u·r of each ball in the last frame before the impact and the first ones after it, also
-/// in frames that were left out; `None` for too few.
-fn residuals_along(at: &ShotAt) -> Option<[[f64; AFTER + 1]; 2]> {
+/// Returns u·r of both balls together in the last frame before the impact and the first ones after
+/// it, also in frames that were left out; `None` for too few.
+fn residuals_along(at: &ShotAt) -> Option<[f64; AFTER + 1]> {
     let (struck, frames) = (at.struck().ok()?, at.fitted_frames());
     let [cue, object] = struck.after.each_ref().map(|ball| ball.velocity);
-    let mut all = [[0.0; AFTER + 1]; 2];
-    let balls = [(TrackedBall::Cue, cue - struck.before.velocity), (TrackedBall::Object, object)];
-    for ((ball, change), all) in balls.into_iter().zip(&mut all) {
+    let mut all = [0.0; AFTER + 1];
+    for (ball, change) in [(TrackedBall::Cue, cue - struck.before.velocity), (TrackedBall::Object, object)] {
         let change = struck.turn(&change).map(|v| v.re).normalize();
         let frames: Vec<&FittedFrame> = frames.iter().filter(|frame| frame.ball == ball).collect();
         let last = frames.partition_point(|frame| frame.time < at.own[own::TIME]).checked_sub(1)?;
         for (residual, frame) in all.iter_mut().zip(frames.get(last..=last + AFTER)?) {
-            *residual = change.dot(&Point::from(frame.standardized()));
+            *residual += change.dot(&Point::from(frame.standardized()));
         }
     }
-    all.iter().flatten().all(|residual| residual.is_finite()).then_some(all)
+    all.iter().all(|residual| residual.is_finite()).then_some(all)
 }
