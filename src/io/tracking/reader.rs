@@ -310,7 +310,7 @@ impl Body {
 
 /// Numbers equal names, in their order: "A (1)", "A (2)".
 pub(super) fn number_twins(names: Vec<&mut String>) {
-    let given: Vec<String> = names.iter().map(|name| name.to_string()).collect();
+    let given: Vec<String> = names.iter().map(|name| (*name).clone()).collect();
     for (i, name) in names.into_iter().enumerate() {
         let before = given[..i].iter().filter(|other| *other == name).count();
         if before > 0 || given[i + 1..].contains(name) {
