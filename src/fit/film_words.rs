@@ -12,6 +12,7 @@ use crate::film::frame_noise::constant_axis;
 use crate::measurement::dataset::Measured;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
+use crate::physics::ball::Ball;
 use crate::problem::{DiscImpact, Finding, Id, POLICY, Severity, Solution};
 use crate::words::Sentences;
 
@@ -85,16 +86,13 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<S
     Some(remark(finding, film).sentence).filter(|sentence| !sentence.is_empty())
 }
 
-/// Diameters of balls, m, with what they are played at (rules of WPA, UMB, WPBSA and of pyramid).
-const DIAMETERS: [(&str, f64); 4] =
-    [("pool", 0.057_15), ("carom", 0.0615), ("snooker", 0.0525), ("pyramid", 0.068)];
-
 /// Largest relative difference of a diameter from that of a game, by wear and scale.
 const SAME_DIAMETER: f64 = 0.01;
 
 /// Returns the game whose balls have a diameter, m, and their diameter.
 fn game(diameter: f64) -> Option<(&'static str, f64)> {
-    DIAMETERS.into_iter().find(|(_, other)| (diameter / other - 1.0).abs() < SAME_DIAMETER)
+    let diameters = Ball::GAMES.map(|(name, radius)| (name, 2.0 * radius));
+    diameters.into_iter().find(|(_, other)| (diameter / other - 1.0).abs() < SAME_DIAMETER)
 }
 
 /// Returns how the cue balls spin, if not as stated.

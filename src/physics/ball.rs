@@ -27,6 +27,10 @@ impl Ball {
     /// Association specifies it, of 170 g (specified: 5.5 to 6 oz, 156 to 170 g).
     pub const POOL: Self = Self { radius: 0.028_575, mass: 0.170, inertia: UNIFORM_SPHERE };
 
+    /// Games and the radii of their balls, m, the largest first (rules of pyramid, UMB, WPA and WPBSA).
+    pub const GAMES: [(&str, f64); 4] =
+        [("pyramid", 0.034), ("carom", 0.03075), ("pool", 0.028_575), ("snooker", 0.02625)];
+
     /// Returns the horizontal distance of the centres of balls on the table that touch, 2√(R₁R₂),
     /// m.
     pub fn contact_distance(&self, other: &Self) -> f64 {

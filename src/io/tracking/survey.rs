@@ -20,6 +20,7 @@ use crate::io::text::value;
 use crate::io::toml_file::Source;
 use crate::measurement::number::count_of;
 use crate::numerics::median;
+use crate::physics::ball::Ball;
 
 /// Least difference of the beginnings of motion, as a part of the film, that shows the cue ball.
 const EARLIER: f64 = 0.05;
@@ -29,9 +30,6 @@ const LEAST_FPS: f64 = 2.0;
 const METRES: std::ops::Range<f64> = 0.02..4.0;
 /// Plausible diameters of balls, m, with allowance for noise and slow cameras.
 const DIAMETERS: std::ops::Range<f64> = 0.045..0.072;
-/// Balls and their radii, m, the largest first.
-const BALLS: [(&str, f64); 4] =
-    [("pyramid", 0.034), ("carom", 0.03075), ("pool", 0.028_575), ("snooker", 0.02625)];
 /// Largest ratio of a diameter to the distance of centres that noise explains.
 const NEARER: f64 = 1.02;
 
@@ -159,7 +157,7 @@ impl Survey {
         let unit = stated.or((METRES.contains(&extent) && may_touch).then_some(Unit::M));
         let diameter = unit.and_then(Unit::metres).map(|(times, over)| nearest * times / over);
         let diameter = diameter.filter(|nearest| *nearest < DIAMETERS.end).unwrap_or(0.0);
-        let ball = BALLS.iter().find(|(_, radius)| *radius <= 0.5 * NEARER * diameter);
+        let ball = Ball::GAMES.into_iter().find(|(_, radius)| *radius <= 0.5 * NEARER * diameter);
         context! {
             extent => format!("{extent:.3}"),
             is_table_sized => METRES.contains(&extent),
@@ -167,7 +165,7 @@ impl Survey {
             nearest_mm => format!("{:.1}", 1e3 * diameter),
             stated_unit => stated.map(Unit::name),
             unit => unit.map(Unit::name),
-            ball => ball.map(|(name, _)| *name),
+            ball => ball.map(|(name, _)| name),
             radius => ball.map(|(_, radius)| radius.to_string()),
         }
     }
