@@ -152,7 +152,8 @@ pub(crate) fn leave_out_spoiled(film: &mut FilmBlock, own: &[Own], reach: [usize
 
 /// Returns the number of frames after the impacts by which the tracker lags, if it does: with u the
 /// direction in which the impact changes a ball's velocity, and r the standardized residuals of a
-/// frame, the mean of u·r over shots and balls differs from 0 (Student's t).
+/// frame, the mean of u·r over shots and balls differs from 0 (Student's t), and by more than in the
+/// last frame before the impacts.
 pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> Option<usize> {
     let shots = film.shots.iter().zip(own).take(MAX_SHOTS);
     let all: Vec<_> =

@@ -57,8 +57,10 @@ pub(crate) struct Impact {
     pub(crate) reduced_chi2: f64,
     /// Number of frames that were left out.
     pub(crate) outliers: usize,
-    /// Its own unknowns, and the [`Id::OFFSETS`] of its outcome.
-    end: (Own, [f64; Id::OFFSETS.len()]),
+    /// Its own unknowns.
+    own: Own,
+    /// The [`Id::OFFSETS`] of its outcome.
+    offsets: [f64; Id::OFFSETS.len()],
 }
 
 /// The frames of a shot that were used, with the paths that they show.
@@ -281,7 +283,8 @@ impl Solution {
             position_sd: film.noise[1].sd * typical_sd(&used),
             reduced_chi2: add_up(|noise| noise.weighted) / dof.max(1.0),
             outliers: shot.tracks.iter().flatten().filter(|frame| frame.is_left_out()).count(),
-            end: (own.clone(), Id::OFFSETS.map(|id| shared[id])),
+            own: own.clone(),
+            offsets: Id::OFFSETS.map(|id| shared[id]),
         })
     }
 
@@ -289,11 +292,10 @@ impl Solution {
     /// not kept with its impact, since those of many shots do not fit in memory.
     pub fn shown_paths(&self, impact: &Impact) -> Option<ShownPaths> {
         let mut shared = self.first_shared();
-        let (own, offsets) = &impact.end;
-        for (id, offset) in Id::OFFSETS.into_iter().zip(offsets) {
-            shared[id] = *offset;
+        for (id, offset) in Id::OFFSETS.into_iter().zip(impact.offsets) {
+            shared[id] = offset;
         }
-        let at = ShotAt { own, ..self.film_shot(impact.index, &shared)? };
+        let at = ShotAt { own: &impact.own, ..self.film_shot(impact.index, &shared)? };
         let used = |frames: &Vec<Frame>| {
             let used = frames.iter().filter(|frame| frame.used);
             used.map(|frame| (frame.time, frame.seen.into())).collect()
