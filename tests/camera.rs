@@ -162,11 +162,16 @@ fn what_a_tracker_does_is_found_and_takes_nothing_from_the_parameters() {
         (cue.x, cue.y) = (cue.x - by * dx, cue.y - by * dy);
         (object.x, object.y) = (object.x + by * dx, object.y + by * dy);
     };
-    let faults: [(Correction, f64, Fault); 4] = [
+    // about the middle of where the shots are played
+    let shrink = |x: f64| 0.65 + 0.996 * (x - 0.65);
+    let faults: [(Correction, f64, Fault); 5] = [
         (Correction::Late, 0.2, &|_, object| object.t += 0.2 / FPS),
         (Correction::Push, 4e-4, &apart),
         (Correction::AsideX, 8e-4, &|_, object| object.x += 8e-4),
         (Correction::AsideY, -8e-4, &|_, object| object.y -= 8e-4),
+        (Correction::ObjectScale, 0.996, &|_, object| {
+            (object.x, object.y) = (shrink(object.x), shrink(object.y));
+        }),
     ];
     for (which, truth, fault) in faults {
         let mut film = clean(7110);

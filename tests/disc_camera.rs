@@ -123,7 +123,7 @@ fn a_clean_film_of_discs_stays_as_it_is() {
             let camera = extracted.camera.as_ref().unwrap();
             assert!(camera.converged(), "{:?}", camera.sentence());
             // all but those of balls that hop, and of trackers of balls
-            assert_eq!(neutral(camera), Correction::COUNT - 7);
+            assert_eq!(neutral(camera), Correction::COUNT - 8);
             is_right("clean", &extracted, &ratios);
         }
     }

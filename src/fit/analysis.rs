@@ -155,7 +155,7 @@ pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
     };
     dataset.left_out.extend(solution.left_out.iter().cloned());
     let solution = Arc::new(solution);
-    let camera = FoundCamera::of_film(&solution);
+    let camera = FoundCamera::of_film(&solution, &dataset);
     let mut shots = Vec::new();
     if let Some(tracks) = &mut dataset.tracks {
         for impact in impacts {

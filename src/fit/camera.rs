@@ -7,16 +7,22 @@ use minijinja::context;
 
 use super::film_words::words_of;
 use crate::measurement::correction::Correction;
-use crate::measurement::dataset::Measured;
+use crate::measurement::dataset::{Dataset, Measured};
 use crate::problem::{Camera, Id, Solution};
 
 /// The camera as the shots of a film show it.
 #[derive(Clone, Debug)]
-pub struct FoundCamera(Arc<Solution>);
+pub struct FoundCamera {
+    solution: Arc<Solution>,
+    /// Step of the coarsest grid to which positions were rounded, m.
+    pub(crate) resolution: f64,
+}
 
 impl FoundCamera {
-    pub(super) fn of_film(solution: &Arc<Solution>) -> Self {
-        Self(Arc::clone(solution))
+    pub(super) fn of_film(solution: &Arc<Solution>, dataset: &Dataset) -> Self {
+        let shots = dataset.tracks.iter().flat_map(|tracks| &tracks.shots);
+        let coarsest = shots.flat_map(|shot| shot.resolution).fold(0.0, f64::max);
+        Self { solution: Arc::clone(solution), resolution: coarsest * solution.unit }
     }
 
     /// Returns the corrections that were free.
@@ -29,39 +35,39 @@ impl FoundCamera {
     /// a lens stands for its decentring, and a scale that was wrong by a factor has that factor.
     pub fn found(&self, which: Correction) -> Option<Measured> {
         // both lists have the same order
-        self.0.measured(Id::ALL[Id::Scale as usize + which as usize])
+        self.solution.measured(Id::ALL[Id::Scale as usize + which as usize])
     }
 
     /// Returns the value of a correction, stated or found; of the axis of a lens its decentring.
     pub fn get(&self, correction: Correction) -> f64 {
-        Camera::new(&self.0.state().shared).get(correction as usize)
+        Camera::new(&self.solution.state().shared).get(correction as usize)
     }
 
     /// Returns the middle of the film, x and y in m, from which the corrections count.
     pub fn middle(&self) -> [f64; 2] {
-        self.0.origin()
+        self.solution.origin()
     }
 
     /// Returns the unit of the film in m; 1 if the stated one was right to a tenth.
     pub fn unit(&self) -> f64 {
-        self.0.unit
+        self.solution.unit
     }
 
     /// Returns whether the corrections converged.
     pub fn converged(&self) -> bool {
-        self.0.converged
+        self.solution.converged
     }
 
     /// Returns the correlation of the noise of neighbouring frames, if the frames determine it.
     pub(crate) fn noise_correlation(&self) -> Option<f64> {
-        Some(self.0.problem.film()?.noise[1].rho).filter(|rho| *rho > 0.0)
+        Some(self.solution.problem.film()?.noise[1].rho).filter(|rho| *rho > 0.0)
     }
 
     /// Returns the corrections as a sentence; `None` if all were held.
     pub fn sentence(&self) -> Option<String> {
         let in_words = |(which, found): (Correction, Measured)| (which.words(), found.value, found.sd);
         let corrections: Vec<_> = self.corrections().into_iter().map(in_words).collect();
-        let shots = self.0.names.first().map_or(0, Vec::len);
+        let shots = self.solution.names.first().map_or(0, Vec::len);
         (!corrections.is_empty()).then(|| words_of("camera", context! { shots, corrections }))
     }
 }

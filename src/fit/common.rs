@@ -112,7 +112,7 @@ impl<'a> Fitted<'a> {
             disc_shots: Vec::new(),
             scatter: None,
             friction_curve: Vec::new(),
-            camera: solution.is_film().then(|| FoundCamera::of_film(&solution)),
+            camera: solution.is_film().then(|| FoundCamera::of_film(&solution, dataset)),
             residuals,
             frames: None,
             seconds: 0.0,

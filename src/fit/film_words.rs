@@ -121,6 +121,7 @@ fn spins(film: &FittedFilm) -> Values {
 
 /// Returns causes of residuals that the estimates include, the best first.
 pub(super) fn explanations(solution: &Solution, film: Option<&FittedFilm>) -> Vec<Explanation> {
+    let cause_of = |id: Id| Some(id.cause()).filter(|cause| !cause.is_empty());
     let explain = |finding: &Finding| {
         let (cause, estimate, std_error, fall) = match finding {
             Finding::Conflict { id, estimate, sd, size, .. } => (cause_of(*id)?, *estimate, *sd, size * size),
@@ -145,31 +146,6 @@ pub(super) fn explanations(solution: &Solution, film: Option<&FittedFilm>) -> Ve
     let mut all: Vec<Explanation> = solution.findings.iter().filter_map(explain).collect();
     all.sort_by(|a, b| a.delta_2logl.total_cmp(&b.delta_2logl));
     all
-}
-
-/// Returns the name in fit.json of an unknown that explains residuals.
-fn cause_of(id: Id) -> Option<&'static str> {
-    Some(match id {
-        Id::Scale | Id::RadiusRatio => "radius",
-        Id::Aspect => "aspect",
-        Id::Shear => "shear",
-        Id::PerspectiveX | Id::PerspectiveY => "perspective",
-        Id::Lens | Id::LensX | Id::LensY => "lens",
-        Id::ShutterX | Id::ShutterY => "rolling-shutter",
-        Id::ParallaxX | Id::ParallaxY | Id::Nearness => "parallax",
-        Id::Rate => "frame-rate",
-        Id::Roll | Id::Slide => "cue-spin",
-        Id::MassRatio => "mass-ratio",
-        Id::Kappa => "compliance",
-        Id::FallB | Id::FallC => "falling-friction",
-        Id::ESlope => "falling-restitution",
-        Id::TiltX | Id::TiltY => "tilt",
-        Id::Late => "late-ball",
-        Id::Push => "near-balls",
-        Id::AsideX | Id::AsideY => "aside",
-        Id::Approach => "contact-time",
-        _ => return None,
-    })
 }
 
 /// Returns what the frames of a film of balls show besides the parameters.

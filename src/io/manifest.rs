@@ -268,7 +268,7 @@ impl FitSection {
         settings[Parameter::Kappa].initial = material_kappa;
         let Self { mu, mu_s, e, mu_b, mu_c, kappa, e_slope, .. } = self;
         // the ratios of masses and of radii follow from [ball] and [object]
-        let given = [mu, mu_s, e, mu_b, mu_c, kappa, &None, &None, e_slope];
+        let given = [mu, mu_s, e, mu_b, mu_c, kappa, e_slope];
         for (parameter, given) in Parameter::ALL.into_iter().zip(given) {
             if let Some(given) = given {
                 settings[parameter] = given.check(parameter, source);

@@ -41,6 +41,8 @@ worded! {
         AsideX = "aside_x_m" | "object ball seen aside along x (m)",
         /// Displacement of the object ball along y, m, less the cue ball's.
         AsideY = "aside_y_m" | "object ball seen aside along y (m)",
+        /// Scale of the object ball's path over that of the cue ball's: of a highlight it is another.
+        ObjectScale = "object_scale" | "scale of the object ball's path",
     }
     /// The name in fit.json.
     pub fn name;
@@ -55,7 +57,7 @@ impl Correction {
     /// Returns the value of a camera without this distortion.
     pub fn neutral(self) -> f64 {
         match self {
-            Self::Scale | Self::Aspect => 1.0,
+            Self::Scale | Self::Aspect | Self::ObjectScale => 1.0,
             _ => 0.0,
         }
     }
@@ -76,6 +78,8 @@ impl Correction {
             Self::Nearness => 1.0,
             Self::Push => 1e-4,
             Self::AsideX | Self::AsideY => 2e-4,
+            // a ball 0.2 m from under the lamp is seen aside by 0.2 mm
+            Self::ObjectScale => 1e-3,
         }
     }
 }

@@ -23,14 +23,14 @@ worded! {
         C = "mu_c" | "c" | "how fast it decreases with v, in s/m",
         /// κ, the compliance of the contact along its surface ([`Model::kappa`]).
         Kappa = "kappa" | "κ" | "tangential compliance of the contact between the balls",
+        /// e₁, how fast e decreases with the closing speed, s/m ([`Model::e_slope`]).
+        ESlope =
+            "e_slope" | "e₁" | "restitution decreases with the closing speed v as e − e₁·v: how fast, in s/m",
         /// m_cue/m_object, of balls whose masses are not exact.
         MassRatio = "mass_ratio" | "m_cue/m_object" | "mass of the cue ball over that of the object ball",
         /// R_cue/R_object, of radii that are stated with their errors.
         RadiusRatio =
             "radius_ratio" | "R_cue/R_object" | "radius of the cue ball over that of the object ball",
-        /// e₁, how fast e decreases with the closing speed, s/m ([`Model::e_slope`]).
-        ESlope =
-            "e_slope" | "e₁" | "restitution decreases with the closing speed v as e − e₁·v: how fast, in s/m",
     }
     /// The name in dataset.toml and fit.json.
     pub fn name;
@@ -66,9 +66,9 @@ impl Parameter {
             Self::B => (0.05, 0.0, 1.0),
             Self::C => (1.088, 0.1, 20.0),
             Self::Kappa => (Model::KAPPA, 0.0, 20.0),
+            Self::ESlope => (0.02, 0.0, 1.0),
             Self::MassRatio => (1.0, 0.01, 100.0),
             Self::RadiusRatio => (1.0, 0.2, 5.0),
-            Self::ESlope => (0.02, 0.0, 1.0),
         };
         let fixed = matches!(self, Self::C | Self::Kappa | Self::MassRatio | Self::RadiusRatio);
         Setting { initial, lower, upper, fixed, prior: None }

@@ -155,11 +155,7 @@ impl Tracks {
 
     /// Returns shots of balls whose camera is to be found from the balls, in metres.
     pub fn new(shots: Vec<TrackShot>) -> Self {
-        Self {
-            fps: shots.first().map(|shot| shot.fps),
-            shots,
-            scale_sd: Some(Self::SCALE_SD),
-            ..Self::default()
-        }
+        let fps = shots.first().map(|shot| shot.fps);
+        Self { shots, fps, scale_sd: Some(Self::SCALE_SD), ..Self::default() }
     }
 }

@@ -282,7 +282,7 @@ impl PicturePaths {
             let since = time - self.instant + delay;
             let index = pieces.partition_point(|(start, _)| *start <= since).saturating_sub(1);
             let (table, height) = (self.locate)(&pieces[index].1, since);
-            self.camera.look(table, height).place + self.camera.aside(body)
+            self.camera.find_tracked(body, self.camera.look(table, height)).place
         };
         // the shutter reads it at a time that depends on its place in the picture
         at(self.camera.delay(at(0.0), body as f64 / self.fps)).into()

@@ -11,8 +11,8 @@ pub(crate) type Own = DVector<f64>;
 
 /// Number of shared unknowns that move the balls: [`Id::Mu`] to [`Id::ObjectAcross`].
 pub(crate) const PHYSICS: usize = 22;
-/// Number of shared unknowns of camera and tracker: [`Id::Scale`] to [`Id::AsideY`].
-pub(crate) const CAMERA: usize = 17;
+/// Number of shared unknowns of camera and tracker: [`Id::Scale`] to [`Id::ObjectScale`].
+pub(crate) const CAMERA: usize = 18;
 /// Number of shared unknowns of films of discs alone: [`Id::Slowing`] to [`Id::ContactDistance`].
 pub(crate) const DISCS: usize = 3;
 /// Number of shared unknowns of a sample.
@@ -23,94 +23,98 @@ worded! {
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     pub enum Id {
         /// Friction between the balls μ; its limit at a large slip if it decreases with the slip.
-        Mu = "mu",
+        Mu = "mu" | "",
         /// Friction of the cloth on the object ball during the impact μ_s.
-        MuS = "mu_s",
+        MuS = "mu_s" | "",
         /// Coefficient of restitution e.
-        E = "e",
+        E = "e" | "",
         /// b of a friction μ + b·exp(−c·v) that decreases with the slip v.
-        FallB = "mu_b",
+        FallB = "mu_b" | "falling-friction",
         /// c of a friction μ + b·exp(−c·v) that decreases with the slip v, s/m.
-        FallC = "mu_c",
+        FallC = "mu_c" | "falling-friction",
         /// Tangential compliance κ of the contact.
-        Kappa = "kappa",
+        Kappa = "kappa" | "compliance",
         /// e₁ of a restitution e − e₁·v that decreases with the closing speed v, s/m.
-        ESlope = "e_slope",
+        ESlope = "e_slope" | "falling-restitution",
         /// Mass of the cue ball over that of the object ball.
-        MassRatio = "mass_ratio",
+        MassRatio = "mass_ratio" | "mass-ratio",
         /// Radius of the cue ball over that of the object ball.
-        RadiusRatio = "radius_ratio",
+        RadiusRatio = "radius_ratio" | "radius",
         /// Mean topspin of shots stated as natural roll, over natural roll.
-        Roll = "roll",
+        Roll = "roll" | "cue-spin",
         /// Mean topspin of shots that slide before the impact, over natural roll.
-        Slide = "topspin",
+        Slide = "topspin" | "cue-spin",
         /// Sliding friction of the cloth μ_k.
-        MuK = "mu_k",
+        MuK = "mu_k" | "",
         /// Rolling resistance of the cloth μ_r.
-        MuR = "mu_r",
+        MuR = "mu_r" | "",
         /// Restitution e_t of balls that land on the cloth.
-        Bounce = "bounce",
+        Bounce = "bounce" | "",
         /// True frame rate over the stated one.
-        Rate = "frame_rate",
+        Rate = "frame_rate" | "frame-rate",
         /// Approach of the balls from touching to the instant of the impact, over that of a contact
         /// which lasts 280 µs at 1 m/s.
-        Approach = "approach",
+        Approach = "approach" | "contact-time",
         /// Slope of the table along x, down towards +x.
-        TiltX = "tilt_x",
+        TiltX = "tilt_x" | "tilt",
         /// Slope of the table along y, down towards +y.
-        TiltY = "tilt_y",
+        TiltY = "tilt_y" | "tilt",
         /// Outcome offset: velocity of the cue ball after the impact along the line of centres,
         /// less the model's, m/s.
-        CueAlong = "cue_along_m_s",
+        CueAlong = "cue_along_m_s" | "",
         /// Outcome offset of the cue ball across the line of centres.
-        CueAcross = "cue_across_m_s",
+        CueAcross = "cue_across_m_s" | "",
         /// Outcome offset of the object ball along the line of centres.
-        ObjectAlong = "object_along_m_s",
+        ObjectAlong = "object_along_m_s" | "",
         /// Outcome offset of the object ball across the line of centres.
-        ObjectAcross = "object_across_m_s",
+        ObjectAcross = "object_across_m_s" | "",
         /// Lengths in the picture over lengths on the table.
-        Scale = "scale",
+        Scale = "scale" | "radius",
         /// Scale along y over that along x.
-        Aspect = "aspect",
+        Aspect = "aspect" | "aspect",
         /// Shear of the picture along x.
-        Shear = "shear",
+        Shear = "shear" | "shear",
         /// Perspective along x, 1/m.
-        PerspectiveX = "perspective_x",
+        PerspectiveX = "perspective_x" | "perspective",
         /// Perspective along y, 1/m.
-        PerspectiveY = "perspective_y",
+        PerspectiveY = "perspective_y" | "perspective",
         /// Radial distortion of the lens at 0.5 m from the middle.
-        Lens = "lens",
+        Lens = "lens" | "lens",
         /// Decentring of the lens along x at 0.5 m from the middle, m (Brown 1971).
-        LensX = "decentring_x",
+        LensX = "decentring_x" | "lens",
         /// Decentring of the lens along y.
-        LensY = "decentring_y",
+        LensY = "decentring_y" | "lens",
         /// Delay of a rolling shutter along x, s/m.
-        ShutterX = "shutter_x_s_per_m",
+        ShutterX = "shutter_x_s_per_m" | "rolling-shutter",
         /// Delay of a rolling shutter along y, s/m.
-        ShutterY = "shutter_s_per_m",
+        ShutterY = "shutter_s_per_m" | "rolling-shutter",
         /// Displacement along x of a ball above the cloth, over its height.
-        ParallaxX = "parallax_x",
+        ParallaxX = "parallax_x" | "parallax",
         /// Displacement along y of a ball above the cloth, over its height.
-        ParallaxY = "parallax_y",
+        ParallaxY = "parallax_y" | "parallax",
         /// One over the height of the camera above the table, 1/m.
-        Nearness = "nearness_per_m",
+        Nearness = "nearness_per_m" | "parallax",
         /// How much later than the first body the film shows the second, frames.
-        Late = "late_frames",
+        Late = "late_frames" | "late-ball",
         /// How far balls that touch are seen from their places, away from each other, m.
-        Push = "push_m",
+        Push = "push_m" | "near-balls",
         /// How far the second body is seen along x from its place, m.
-        AsideX = "aside_x_m",
+        AsideX = "aside_x_m" | "aside",
         /// How far the second body is seen along y from its place, m.
-        AsideY = "aside_y_m",
+        AsideY = "aside_y_m" | "aside",
+        /// Scale of the second body's path over that of the first's.
+        ObjectScale = "object_scale" | "aside",
         /// Deceleration of discs on the table at any speed, m/s².
-        Slowing = "slowing_m_s2",
+        Slowing = "slowing_m_s2" | "",
         /// Deceleration of discs on the table over their speed, 1/s.
-        Drag = "drag_per_s",
+        Drag = "drag_per_s" | "",
         /// Distance of the discs' centres at the impact, m.
-        ContactDistance = "contact_distance_m",
+        ContactDistance = "contact_distance_m" | "",
     }
     /// The name in output.
     pub fn name;
+    /// The name in fit.json as a cause of residuals, if it is one.
+    pub(crate) fn cause;
 }
 
 impl Id {
@@ -134,17 +138,8 @@ impl Serialize for Id {
 
 impl From<Parameter> for Id {
     fn from(parameter: Parameter) -> Self {
-        match parameter {
-            Parameter::Mu => Self::Mu,
-            Parameter::MuS => Self::MuS,
-            Parameter::E => Self::E,
-            Parameter::B => Self::FallB,
-            Parameter::C => Self::FallC,
-            Parameter::Kappa => Self::Kappa,
-            Parameter::MassRatio => Self::MassRatio,
-            Parameter::RadiusRatio => Self::RadiusRatio,
-            Parameter::ESlope => Self::ESlope,
-        }
+        // unknowns begin with the parameters, in their order
+        Self::ALL[parameter as usize]
     }
 }
 

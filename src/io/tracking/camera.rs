@@ -7,8 +7,8 @@ use serde::Deserialize;
 
 use crate::io::toml_file::Source;
 use crate::measurement::correction::Correction::{
-    self, AsideX, AsideY, Aspect, Late, Lens, LensX, LensY, Nearness, ParallaxX, ParallaxY, PerspectiveX,
-    PerspectiveY, Push, Scale, Shear, ShutterX, ShutterY,
+    self, AsideX, AsideY, Aspect, Late, Lens, LensX, LensY, Nearness, ObjectScale, ParallaxX, ParallaxY,
+    PerspectiveX, PerspectiveY, Push, Scale, Shear, ShutterX, ShutterY,
 };
 use crate::measurement::fault::Fault;
 use crate::measurement::observable::Measured;
@@ -34,7 +34,7 @@ pub(crate) struct CameraSection {
     /// Seconds from the first row of the picture to the last.
     pub(super) shutter: Option<NumberOr<Word>>,
     parallax: Option<Word>,
-    /// Faults of the tracker: late_frames, push_m, aside_x_m and aside_y_m in fit.json.
+    /// Faults of the tracker: late_frames, push_m, aside_x_m, aside_y_m and object_scale in fit.json.
     tracker: Option<Word>,
 }
 
@@ -97,7 +97,7 @@ const KEYS: [Key; 8] = [
     Key("lens", &[Lens], [-0.3, 0.3], "a part of lengths at 0.5 m, from -0.3 to 0.3"),
     Key("shutter", &[ShutterX, ShutterY], [f64::NAN; 2], ""),
     Key("parallax", &[ParallaxX, ParallaxY, Nearness], [f64::NAN; 2], ""),
-    Key("tracker", &[Late, Push, AsideX, AsideY], [f64::NAN; 2], ""),
+    Key("tracker", &[Late, Push, AsideX, AsideY, ObjectScale], [f64::NAN; 2], ""),
 ];
 
 fn exact(value: f64) -> Option<Measured> {

@@ -140,7 +140,7 @@ pub(super) fn list_unknowns(
         let is_shown = match unknown.id {
             Id::MuS | Id::RadiusRatio => false,
             // discs do not hop, and what trackers do is a lead of each shot
-            id if (Id::ParallaxX..=Id::AsideY).contains(&id) => false,
+            id if (Id::ParallaxX..=Id::ObjectScale).contains(&id) => false,
             // few shots do not distinguish it from a deceleration at any speed
             Id::Drag => shots >= LEAST_SHOTS,
             Id::ContactDistance => !is_flat || sum.is_some(),

@@ -217,8 +217,7 @@ impl ShotAt<'_> {
     fn look(&self, ball: usize, pieces: &[Piece]) -> Vec<Sight<ROW>> {
         let (camera, instant) = (Camera::new(self.shared), self.own[own::TIME]);
         let Noise { sd, rho } = self.film.noise[ball];
-        let side = ball as f64;
-        let late = side / self.shot.fps;
+        let late = ball as f64 / self.shot.fps;
         let see = |frame: &Frame| {
             let time = frame.time - instant + camera.delay(frame.seen, late);
             let index = pieces.partition_point(|piece| piece.start <= time).saturating_sub(1);
@@ -226,14 +225,10 @@ impl ShotAt<'_> {
             let powers = [1.0, time, 0.5 * time * time];
             let (place, height) = locate(at.as_slice(), time);
             let [v_x, v_y, v_h] = [0, 1, 2].map(|i| at[3 * i + 1] + at[3 * i + 2] * time);
-            let mut seen = camera.look(place, height);
+            let mut seen = camera.find_tracked(ball, camera.look(place, height));
             let apart = self.apart(ball, frame);
-            seen.place += camera.aside(ball) + apart * self.shared[Id::Push];
-            for (id, by) in
-                [(Id::Push, apart), (Id::AsideX, Point::x() * side), (Id::AsideY, Point::y() * side)]
-            {
-                seen.by_camera[id as usize - PHYSICS] = by;
-            }
+            seen.place += apart * self.shared[Id::Push];
+            seen.by_camera[Id::Push as usize - PHYSICS] = apart;
             let by_time = seen.by_place * Point::new(v_x, v_y) + seen.by_height * v_h;
             let by_axes = [seen.by_place.column(0).into(), seen.by_place.column(1).into(), seen.by_height];
             let by: [Point; COEFFICIENTS] = std::array::from_fn(|i| by_axes[i / 3] * powers[i % 3]);

@@ -38,7 +38,7 @@ pub(crate) struct Seen {
     pub(crate) by_camera: [Point; CAMERA],
 }
 
-/// The map from table to picture: the unknowns from `Scale` to `AsideY`.
+/// The map from table to picture: the unknowns from `Scale` to `ObjectScale`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Camera([f64; CAMERA]);
 
@@ -59,14 +59,24 @@ impl Camera {
     /// a rolling shutter reads it later, and the second body, whose frames last `frame` s, may be
     /// shown late. `frame` is 0 for the first body.
     pub(crate) fn delay(&self, picture: Point, frame: f64) -> f64 {
-        let [.., x, y, _, _, _, late, _, _, _] = self.0;
+        let [.., x, y, _, _, _, late, _, _, _, _] = self.0;
         x * picture.x + y * picture.y - late * frame
     }
 
-    /// Returns how far a body, the first (0) or the second (1), is seen from its place.
-    pub(crate) fn aside(&self, body: usize) -> Point {
-        let [.., x, y] = self.0;
-        Point::new(x, y) * body as f64
+    /// Returns where a tracker shows a body, the first (0) or the second (1): light and shade move
+    /// the second from P to w P + a, with its scale w over the first's and what it is aside by, a.
+    pub(crate) fn find_tracked(&self, body: usize, mut seen: Seen) -> Seen {
+        if body == 0 {
+            return seen;
+        }
+        let [.., x, y, scale] = self.0;
+        seen.by_camera.iter_mut().for_each(|by| *by *= scale);
+        let [.., by_x, by_y, by_scale] = &mut seen.by_camera;
+        (*by_x, *by_y, *by_scale) = (Point::x(), Point::y(), seen.place);
+        seen.place = seen.place * scale + Point::new(x, y);
+        seen.by_place *= scale;
+        seen.by_height *= scale;
+        seen
     }
 
     /// Returns the place on the table of a ball at rest height that is seen at a place of the

@@ -300,7 +300,7 @@ fn film(found: &FoundCamera, findings: &[Finding]) -> ByName<FilmEntry> {
     let without_error = |value| estimate(Measured { value, sd: None });
     let mut all: Vec<_> = each(&found.corrections(), |(which, found)| (which.name(), estimate(*found)));
     all.extend(found.noise_correlation().map(|rho| ("noise_correlation", without_error(rho))));
-    all.push(("resolution_m", without_error(0.0)));
+    all.push(("resolution_m", without_error(found.resolution)));
     let drops = findings.iter().find_map(|finding| match *finding {
         Finding::Drops { shots, drops } => Some([shots, drops]),
         _ => None,
