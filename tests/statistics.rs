@@ -66,7 +66,7 @@ fn a_profile_is_how_chi2_rises() {
     let dataset = rolls(40, 11);
     let fit = thorough(&dataset);
     for estimate in fit.estimates() {
-        let ends = estimate.profile().unwrap();
+        let ends = estimate.interval_95.unwrap();
         for end in ends {
             let rise = held(&dataset, &[(estimate.parameter, end)]) - fit.chi2();
             assert!((rise / QUANTILE - 1.0).abs() < SAME, "{}: {rise}", estimate.parameter.name());

@@ -131,13 +131,6 @@ impl Fit {
     }
 }
 
-impl Estimate {
-    /// Returns the range in which χ², least over all others, is below that of the interval.
-    pub fn profile(&self) -> Option<[f64; 2]> {
-        self.intervals.profile
-    }
-}
-
 impl DiscImpact {
     /// Returns the doubts of its numbers as clauses, also that the discs stick together.
     pub fn doubts(&self) -> Vec<String> {

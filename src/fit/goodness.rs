@@ -1,12 +1,15 @@
 //! How far a fit can be trusted: what the data determine, whether model and noise describe the
 //! residuals, and the shots that matter most.
 
+use minijinja::Value as Values;
+use minijinja::value::Serde;
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 use statrs::distribution::Normal;
 use statrs::stats_tests::anderson_darling::anderson_darling;
 
 use super::deviations::Trend;
+use super::film_words::words_of;
 use crate::fit::Counted;
 use crate::measurement::parameter::Parameter;
 use crate::measurement::written::written_by_name;
@@ -76,9 +79,12 @@ impl Identifiability {
     /// Returns what the data determine of parameters, by their worst direction of several.
     pub(in crate::fit) fn new(
         parameters: Vec<Parameter>,
-        worst: Option<Combination>,
+        mut worst: Option<Combination>,
         silent: Vec<Parameter>,
     ) -> Option<Self> {
+        if let Some(worst) = &mut worst {
+            worst.words = words_of("worst", Values::from(Serde(&*worst)));
+        }
         let worst_values = worst.as_ref().map(|worst| worst.singular_values.clone());
         let singular_values = if parameters.len() == 1 { vec![1.0] } else { worst_values? };
         let condition = singular_values.first()? / singular_values.last()?;

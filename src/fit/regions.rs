@@ -65,9 +65,8 @@ pub(in crate::fit) fn contours(
         let root = Matrix2::from_fn(|i, j| covariance[(i, j)])
             .cholesky()
             .map_or_else(|| Matrix2::from_diagonal(&Vector2::new(reach(0), reach(1))), |root| root.l());
-        // of films, whose χ² takes long, and of intervals of parabolas, to a tenth, the ellipse serves
-        let is_parabola = |estimate: &&Estimate| estimate.interval_95 == estimate.intervals.hessian;
-        let is_ellipse = solution.is_film() || pair.iter().all(is_parabola);
+        // of films, whose χ² takes long, and of parabolas, to a tenth, the ellipse serves
+        let is_ellipse = solution.is_film() || pair.iter().all(|estimate| estimate.is_in_the_middle());
         let level = |probability: f64| {
             let rise = rise(probability, dof)?;
             let point = |k: usize| {

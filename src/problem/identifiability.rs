@@ -24,7 +24,7 @@ const SHARE: f64 = 0.1;
 /// A combination of unknowns that is determined badly: the direction in which χ² changes least.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Combination {
-    /// The combination as a sentence.
+    /// The combination as a sentence, once it is said of a fit.
     pub(crate) words: String,
     /// How each unknown moves along the combination by one standard error, in its unit;
     /// undetermined: 1 for the one that goes farthest.
@@ -56,36 +56,6 @@ pub(crate) struct Determined {
 
 fn by_name<S: Serializer>(terms: &[(Id, f64)], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_map(terms.iter().map(|(id, step)| (id.name(), step)))
-}
-
-impl Combination {
-    fn in_words(&self) -> String {
-        let names: Vec<&str> = self.terms.iter().map(|(id, _)| symbol(id.name())).collect();
-        let names = names.join(" and ");
-        let moves = self.terms.iter().map(|(id, step)| {
-            let verb = if *step > 0.0 { "rises" } else { "falls" };
-            format!("{} {verb} by {:.2e}", symbol(id.name()), step.abs())
-        });
-        let moves = moves.collect::<Vec<_>>().join(" and ");
-        match &self.determined {
-            Some(Determined { name, .. }) if self.undetermined => {
-                format!("only {name} is determined by these shots")
-            }
-            Some(Determined { name, estimate, std_error }) if self.weak => format!(
-                "these shots poorly distinguish {names}: {name} = {estimate:.4} ± {std_error:.1e} is known far better than \
-                 either"
-            ),
-            _ if self.terms.len() < 2 => {
-                format!("worst determined: {names} alone; the others do not depend on it")
-            }
-            _ if self.undetermined => format!(
-                "only a combination of {names} is determined by these shots: χ² does not change when {moves} in \
-                 proportion"
-            ),
-            _ if self.weak => format!("these shots poorly distinguish {names}: little changes when {moves}"),
-            _ => format!("worst determined together: {names}; within one standard error {moves}"),
-        }
-    }
 }
 
 /// Returns the worst determined direction of the free unknowns that the data depend on and that are
@@ -164,13 +134,12 @@ fn combine(unknowns: &[(Id, f64)], matrix: &DMatrix<f64>) -> Option<Combination>
     };
     let mut singular_values: Vec<f64> = values.iter().map(|value| value.max(0.0).sqrt()).collect();
     singular_values.sort_by(|a, b| b.total_cmp(a));
-    let combination = Combination {
+    Some(Combination {
         words: String::new(),
         terms: terms.into_iter().map(|(i, step)| (unknowns[i].0, step)).collect(),
         weak: is_undetermined || singular_values[0] > WEAK * singular_values[n - 1],
         undetermined: is_undetermined,
         determined,
         singular_values,
-    };
-    Some(Combination { words: combination.in_words(), ..combination })
+    })
 }

@@ -67,10 +67,11 @@ pub struct ParameterEstimate {
     /// The standard error with parameters at bounds taken for free; `None` of a
     /// parameter without one, as a fixed parameter.
     pub std_error: Option<f64>,
-    /// The 95 % interval within the bounds; at an active bound it is one-sided. It is that of the
-    /// profile if the two of `intervals` differ by more than a tenth, else that of the Hessian.
+    /// The 95 % interval within the bounds; at an active bound it is one-sided.
     pub interval_95: Option<[f64; 2]>,
-    pub(crate) intervals: IntervalPair,
+    /// Whether χ², least over all other parameters, is t² above its minimum at the ends of
+    /// `interval_95`, or at those about other minima; else they are value ± t·error.
+    pub is_profiled: bool,
     /// The standard error if the parameters at their bounds were known to be there, if it differs
     /// from `std_error`.
     pub(crate) std_error_at_bound: Option<f64>,
@@ -81,18 +82,6 @@ pub struct ParameterEstimate {
     pub status: Status,
 }
 
-/// A parameter's 95 % interval, found in two ways.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub(crate) struct IntervalPair {
-    /// The interval of the curvature of χ² at its minimum: value ± t·error, as far as the bounds
-    /// allow.
-    pub(crate) hessian: Option<[f64; 2]>,
-    /// The interval from the lowest to the highest value at which χ², least over all other
-    /// parameters, is t² above its minimum, other minima included.
-    pub(crate) profile: Option<[f64; 2]>,
-}
-
 impl ParameterEstimate {
     /// Returns a value without an error.
     pub(crate) fn bare(parameter: Parameter, value: f64, status: Status) -> Self {
@@ -101,7 +90,7 @@ impl ParameterEstimate {
             value,
             std_error: None,
             interval_95: None,
-            intervals: IntervalPair::default(),
+            is_profiled: false,
             std_error_at_bound: None,
             includes_other_minimum: false,
             status,
@@ -127,15 +116,17 @@ impl ParameterEstimate {
     /// than half, or more than twice, as wide as ± two standard errors, or extends to another
     /// minimum.
     pub fn lopsided(&self) -> Option<[f64; 2]> {
-        let [low, high] = self.interval_95.filter(|_| self.is_profiled())?;
+        let [low, high] = self.interval_95.filter(|_| self.is_profiled)?;
         let wide = (high - low) / (4.0 * self.std_error?);
         let differs = self.includes_other_minimum || !(1.0 / MISLEADING..=MISLEADING).contains(&wide);
         (wide.is_finite() && differs).then_some([low, high])
     }
 
-    /// Returns whether `interval_95` is the one of the profile.
-    pub fn is_profiled(&self) -> bool {
-        self.interval_95.is_some() && self.interval_95 == self.intervals.profile
+    /// Returns whether the value is in the middle of its interval, as that of a parabola is.
+    pub(crate) fn is_in_the_middle(&self) -> bool {
+        self.interval_95.is_some_and(|[low, high]| {
+            (low + high - 2.0 * self.value).abs() <= 0.5 * DIFFERENT * (high - low)
+        })
     }
 }
 
@@ -222,8 +213,7 @@ impl FitEnd {
         let [low, high] = unknown.bounds;
         if let Some(value) = self.least_if_all_may_stick(column) {
             let interval_95 = Some([value, high]);
-            let intervals = IntervalPair { hessian: None, profile: interval_95 };
-            return ParameterEstimate { interval_95, intervals, ..bare(value, Status::Free) };
+            return ParameterEstimate { interval_95, is_profiled: true, ..bare(value, Status::Free) };
         }
         let edge = if solution.is_informed(id) {
             Some(solution.value(id))
@@ -243,7 +233,8 @@ impl FitEnd {
         let Some(t) = quantile else { return without_error };
         let ends = |sd: f64| [value - t * sd, value + t * sd].map(|end| end.clamp(low, high));
         let is_film = solution.problem.film().is_some();
-        let hessian = std_error.map(ends).or_else(|| is_film.then(|| solution.limit_at_bound(id)).flatten());
+        let curvature =
+            std_error.map(ends).or_else(|| is_film.then(|| solution.limit_at_bound(id)).flatten());
         let profile = match std_error {
             // along a ratio of the balls χ² is a parabola
             _ if !self.profiles || parameter.is_of_balls() => None,
@@ -251,24 +242,14 @@ impl FitEnd {
             _ if is_film => None,
             _ => solution.profile(column, (t, [EDGE; 2])),
         };
-        let alone = match (hessian, profile) {
-            (Some(hessian), Some(profile)) => {
-                let half = 0.5 * (hessian[1] - hessian[0]);
-                let differs = (0..2).any(|side| (hessian[side] - profile[side]).abs() > DIFFERENT * half);
-                Some(if differs { profile } else { hessian })
-            }
-            (hessian, profile) => profile.or(hessian),
-        };
+        let alone = profile.or(curvature);
         let interval_95 = alone
             .map(|alone| self.others.iter().fold(alone, |ends, other| self.extend(ends, other, column, t)));
         let includes_other_minimum = interval_95 != alone;
         ParameterEstimate {
             std_error,
             interval_95,
-            intervals: IntervalPair {
-                hessian,
-                profile: if includes_other_minimum { interval_95 } else { profile },
-            },
+            is_profiled: profile.is_some() || includes_other_minimum,
             std_error_at_bound: at_bounds
                 .filter(|of_bounds| std_error.is_some_and(|error| error != *of_bounds)),
             includes_other_minimum,

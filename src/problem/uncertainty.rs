@@ -108,12 +108,8 @@ impl Estimates {
             let (id, x) = (unknown.id, at.state.shared.0[column]);
             if unknown.mode == Mode::Tested {
                 let (information, slope) = self.condition(reduced?, &[column]);
-                let (information, slope) = (information[0], slope[0]);
-                return Some(Suspect {
-                    id,
-                    estimate: x - slope / information,
-                    size: -slope / information.sqrt(),
-                });
+                let by = -slope[0] / information[0];
+                return Some(Suspect { id, estimate: x + by, size: by * information[0].sqrt() });
             }
             let (prior, variance) = (unknown.active_prior()?, self.sd(column)?.powi(2));
             let information = 1.0 / variance - prior.sd.powi(-2);

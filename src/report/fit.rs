@@ -90,7 +90,7 @@ fn of_fit(fit: &Fit) -> Values {
 fn parameter(fit: &Fit, own: &Estimate) -> Vec<String> {
     let (symbol, unit) = (own.parameter.symbol().to_owned(), own.parameter.unit());
     let ends = own.interval_95.filter(|ends| ends.iter().all(|end| end.is_finite()));
-    let how = if own.is_profiled() { " profile" } else { "" };
+    let how = if own.is_profiled { " profile" } else { "" };
     let ends = ends.map(|ends| with_unit(&interval(ends, own.std_error), unit) + how);
     let mut value = estimate(fit, own);
     if own.status == Status::NotIdentified {

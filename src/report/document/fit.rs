@@ -160,7 +160,7 @@ document! {
         interval_95: Option<[f64; 2]> = interval(found.interval_95),
         /// How interval_95 was found: hessian or profile.
         interval_method: Option<String> = interval(found.interval_95).map(|_| {
-            if found.is_profiled() { "profile" } else { "hessian" }.to_owned()
+            if found.is_profiled { "profile" } else { "hessian" }.to_owned()
         }),
         /// Standard error if the parameters that end at their bounds are truly there; null if it is
         /// the same.
