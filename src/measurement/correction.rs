@@ -41,7 +41,7 @@ worded! {
         AsideX = "aside_x_m" | "object ball seen aside along x (m)",
         /// Displacement of the object ball along y, m, less the cue ball's.
         AsideY = "aside_y_m" | "object ball seen aside along y (m)",
-        /// Scale of the object ball's path over that of the cue ball's: of a highlight it is another.
+        /// Scale of the object ball's path over the cue ball's: not 1 if a highlight is tracked.
         ObjectScale = "object_scale" | "scale of the object ball's path",
     }
     /// The name in fit.json.

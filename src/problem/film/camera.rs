@@ -63,8 +63,8 @@ impl Camera {
         x * picture.x + y * picture.y - late * frame
     }
 
-    /// Returns where a tracker shows a body, the first (0) or the second (1): light and shade move
-    /// the second from P to w P + a, with its scale w over the first's and what it is aside by, a.
+    /// Returns where a tracker finds a body, the first (0) or the second (1). The second, at P in the
+    /// picture, is found at w P + a: light and shade change its scale by w and move it by a.
     pub(crate) fn find_tracked(&self, body: usize, mut seen: Seen) -> Seen {
         if body == 0 {
             return seen;

@@ -75,9 +75,9 @@ document! {
         /// chi2/dof.
         reduced_chi2: Option<f64> = (fit.dof > 0).then(|| fit.chi2 / fit.dof as f64).and_then(finite),
         /// The camera of a film as it was fitted, and other findings on the film. A correction of 0
-        /// (of scale and aspect 1) has no effect. estimate and std_error; of dropped_frames the
-        /// number of shots with drops and of drops; of left_out_at_impacts the number of frames
-        /// before and after each impact.
+        /// (of scale, aspect and object_scale 1) has no effect. estimate and std_error; of
+        /// dropped_frames the number of shots with drops and of drops; of left_out_at_impacts the
+        /// number of frames before and after each impact.
         film: Option<ByName<FilmEntry>> = fit.camera.as_ref().map(|camera| film(camera, &fit.solution.findings)),
         /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and
         /// camera.
