@@ -50,12 +50,12 @@ impl Joint<'_> {
         for (number, alone) in self.samples.fitted.iter().enumerate() {
             let solution = self.solution.of_sample(number);
             let summary = &mut self.samples.summaries[alone.sample];
-            for (shot, weight) in solution.names[0].iter().cloned().zip(solution.weights()) {
+            for (shot, weight) in solution.names().iter().cloned().zip(solution.weights()) {
                 let sample = summary.title.clone();
                 weights.extend((weight < 1.0).then_some(SampleWeight { sample, shot, weight }));
             }
             losses.push(options.loss.unwrap_or(alone.dataset.loss));
-            summary.residuals = residuals(&solution.names[0], &solution.deviations());
+            summary.residuals = residuals(solution.names(), &solution.deviations());
         }
         weights.sort_by(|a, b| a.weight.total_cmp(&b.weight));
         let robust = Loss::ALL.into_iter().filter(|loss| *loss != Loss::Squares && losses.contains(loss));

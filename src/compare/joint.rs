@@ -55,9 +55,7 @@ impl<'a> Joint<'a> {
             samples.remarks.push(Remark::new(Doubtful, "undetermined/joint-undetermined", context! {}));
             Estimates { columns: Vec::new(), covariance: DMatrix::zeros(0, 0) }
         });
-        let names_of = |alone: &Alone| alone.solution.names.iter().flatten().cloned().collect();
-        let names = samples.fitted.iter().map(names_of).collect();
-        let solution = Solution::new(problem, Descent { end, ..descent }, covariance, names);
+        let solution = Solution::new(problem, Descent { end, ..descent }, covariance);
         Ok(Self { samples, tests: Tests::new(&solution), solution })
     }
 }
@@ -114,7 +112,7 @@ impl Tests {
         let is_robust = solution.problem.is_robust();
         let is_estimated = solution.problem.samples.iter().any(|sample| sample.block.estimates_noise());
         let count = if is_robust {
-            solution.names.iter().map(Vec::len).sum::<usize>() as f64
+            solution.at.shots.iter().map(Vec::len).sum::<usize>() as f64
         } else {
             solution.chi2_of_data().1 - solution.own_count() as f64
         };

@@ -178,7 +178,8 @@ impl Samples<'_> {
                 let noises = first.block.noises_mut().to_vec();
                 block.noises_mut().copy_from_slice(&noises);
             }
-            samples.push(Sample { block, columns: columns_of_sample, noise_of });
+            let names = Arc::clone(&alone.solution.problem.samples[0].names);
+            samples.push(Sample { block, names, columns: columns_of_sample, noise_of });
             own.push(values);
         }
         let unknowns: Vec<Unknown> = columns.iter().map(|column| self.combine(column)).collect();

@@ -52,7 +52,7 @@ impl Fit {
 
     /// Returns the number of shots that were fitted.
     pub fn shots_used(&self) -> usize {
-        self.solution.names[0].len()
+        self.solution.names().len()
     }
 
     /// Returns the shots that were left out, with the reasons.

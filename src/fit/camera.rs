@@ -67,7 +67,7 @@ impl FoundCamera {
     pub fn sentence(&self) -> Option<String> {
         let in_words = |(which, found): (Correction, Measured)| (which.words(), found.value, found.sd);
         let corrections: Vec<_> = self.corrections().into_iter().map(in_words).collect();
-        let shots = self.solution.names.first().map_or(0, Vec::len);
+        let shots = self.solution.names().len();
         (!corrections.is_empty()).then(|| words_of("camera", context! { shots, corrections }))
     }
 }

@@ -74,7 +74,7 @@ impl<'a> Fitted<'a> {
         let has_regions = self.end.knows_noise()
             && !solution.problem.is_robust()
             && !solution.is_refuted()
-            && solution.names[0].len() <= MANY_SHOTS;
+            && solution.names().len() <= MANY_SHOTS;
         // combinations may be undetermined, and regions are drawn, of these parameters
         let (combined, drawn) = if solution.is_film() {
             (self.contact(), self.contact())
@@ -91,7 +91,7 @@ impl<'a> Fitted<'a> {
         let budget = Id::WANTED.into_iter().filter(has_error).filter_map(|id| solution.budget(id)).collect();
         let drawn = estimates.iter().filter(|estimate| drawn.contains(&estimate.parameter));
         let drawn: Vec<&Estimate> = drawn.filter(|_| options.depth >= Depth::Everything).collect();
-        let residuals = residuals(&solution.names[0], &self.deviations);
+        let residuals = residuals(solution.names(), &self.deviations);
         Fit {
             dataset: dataset.name.clone(),
             group: group.cloned(),
@@ -235,7 +235,7 @@ impl<'a> Fitted<'a> {
     /// Returns how a robust loss weighted the shots; `None` by least squares.
     fn robust(&self) -> Option<Robust> {
         let weights = self.end.solution.weights();
-        let weights = self.end.solution.names[0].iter().cloned().zip(weights);
+        let weights = self.end.solution.names().iter().cloned().zip(weights);
         let weights = weights.map(|(shot, weight)| Weight { shot, weight });
         let mut weights: Vec<Weight> = weights.filter(|shot| shot.weight < 1.0).collect();
         weights.sort_by(|a, b| a.weight.total_cmp(&b.weight));
@@ -268,7 +268,7 @@ impl<'a> Fitted<'a> {
             Influence { shot, leverage: found.leverage, cook, shifts }
         };
         let mut all: Vec<Influence> =
-            solution.names[0].iter().zip(solution.influence()).map(measure).collect();
+            solution.names().iter().zip(solution.influence()).map(measure).collect();
         all.sort_by(|a, b| b.cook.total_cmp(&a.cook));
         let influential = all.iter().filter(|shot| influential_from.is_some_and(|from| shot.cook > from));
         let count = influential.count().clamp(LISTED[0], LISTED[1]);

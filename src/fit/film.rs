@@ -34,7 +34,7 @@ impl FittedFilm {
             let (cue, object, markers) = (Vec::new(), Vec::new(), shot.markers.clone());
             Some(TrackShot { name, file, labels, cue, object, markers, ..*shot })
         };
-        let tracks: Vec<TrackShot> = solution.names.iter().flatten().filter_map(source).collect();
+        let tracks: Vec<TrackShot> = solution.names().iter().filter_map(source).collect();
         let impacts = tracks.par_iter().enumerate().filter_map(|(i, track)| solution.impact(i, track));
         let impacts = Arc::new(impacts.collect());
         let scale_sd = read.and_then(|tracks| tracks.scale_sd).unwrap_or(0.0);
@@ -59,7 +59,7 @@ impl FittedFilm {
 
     /// Returns the unknowns of each shot, with its name: impact, velocity, spins.
     pub fn estimates(&self) -> Vec<(&str, Vec<OwnEstimate>)> {
-        let names = self.solution.names[0].iter().map(String::as_str);
+        let names = self.solution.names().iter().map(String::as_str);
         names.zip(self.solution.own_estimates(self.solution.origin())).collect()
     }
 

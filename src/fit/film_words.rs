@@ -104,7 +104,7 @@ fn spins(film: &FittedFilm) -> Values {
     };
     let tracks = film.tracks.iter().zip(film.solution.topspins());
     let all: Vec<(f64, f64)> =
-        tracks.filter_map(|(track, (_, found))| Some((stated(track.spin)?, found))).collect();
+        tracks.filter_map(|(track, found)| Some((stated(track.spin)?, found))).collect();
     let shots = all.len();
     let near = |spin: f64| all.iter().filter(|(_, found)| (found - spin).abs() < DIFFERS).count();
     let are_most = |count: usize| POLICY.are_most(count, shots);
@@ -159,11 +159,9 @@ pub(super) fn of_film(film: &FittedFilm) -> Vec<Remark> {
 
 /// Returns what cue balls of unknown spin were found to do, if there are any.
 pub(super) fn unknown_spins(film: &FittedFilm) -> Option<Remark> {
-    let topspins = film.solution.topspins();
     let is_unknown = |track: &TrackShot| track.spin == Spin::Unknown && track.markers.is_empty();
-    let shots = film.tracks.iter().zip(&topspins);
-    let unknown: Vec<f64> =
-        shots.filter(|(track, _)| is_unknown(track)).map(|(_, (_, found))| *found).collect();
+    let shots = film.tracks.iter().zip(film.solution.topspins());
+    let unknown: Vec<f64> = shots.filter(|(track, _)| is_unknown(track)).map(|(_, found)| found).collect();
     let rolling = unknown.iter().filter(|topspin| **topspin == 1.0).count();
     let stun = unknown.iter().filter(|topspin| topspin.abs() < 0.5 * DIFFERS).count();
     let balls = Some(unknown.len()).filter(|balls| *balls > 0)?;

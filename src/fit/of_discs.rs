@@ -32,7 +32,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     }
     let disc_fit = fit_discs(&dataset).map_err(|error| request.of_film(error))?;
     let DiscFit { solution, impacts, .. } = &disc_fit;
-    let shots = solution.names[0].len();
+    let shots = solution.names().len();
     // a single shot shows no scatter
     let dof = (shots > 1).then_some(shots as f64 - 1.0);
     let (settings, profiles) = (&dataset.settings, request.options.depth >= Depth::Intervals);
@@ -110,7 +110,7 @@ fn deviations(found: &DiscFit, is_friction_unknown: bool) -> Vec<Option<Deviatio
             spins: [f64::NAN; 2],
         })
     };
-    solution.names[0].iter().map(deviations).collect()
+    solution.names().iter().map(deviations).collect()
 }
 
 /// Returns the probability of a slope by chance: the scatter that is stated includes a trend, that

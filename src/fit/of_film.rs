@@ -38,7 +38,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         ..fitted.fit()
     };
     let shots: Vec<&Shot> = film.impacts.iter().map(|impact| &impact.shot).collect();
-    let has_topspin = film.solution.topspins().iter().any(|(_, topspin)| *topspin > 0.5 * DIFFERS);
+    let has_topspin = film.solution.topspins().iter().any(|topspin| *topspin > 0.5 * DIFFERS);
     doubts::comment(&mut fit, dataset, &shots, has_topspin, film_words::of_film(&film));
     Ok(fit)
 }

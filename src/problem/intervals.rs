@@ -238,7 +238,7 @@ impl FitEnd {
         let profile = match std_error {
             // along a ratio of the balls χ² is a parabola
             _ if !self.profiles || parameter.is_of_balls() => None,
-            Some(_) if is_film || solution.names[0].len() > MANY_SHOTS => solution.lopsided_interval(id, t),
+            Some(_) if is_film || solution.names().len() > MANY_SHOTS => solution.lopsided_interval(id, t),
             _ if is_film => None,
             _ => solution.profile(column, (t, [EDGE; 2])),
         };

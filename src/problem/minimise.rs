@@ -165,7 +165,7 @@ pub(crate) fn thin(problem: &Problem, state: &State, enough: usize) -> Thinned {
         return Thinned { problem, state, factor: 1.0 };
     }
     let keep: Vec<bool> = (0..count).map(|i| (i + 1) * enough / count > i * enough / count).collect();
-    problem.retain(0, &mut state, &keep);
+    problem.retain(&mut state, &keep);
     Thinned { problem, state, factor: count as f64 / enough as f64 }
 }
 

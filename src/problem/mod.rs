@@ -96,14 +96,14 @@ mod tests {
 
     use std::path::Path;
 
-    use super::block::Block;
+    use super::discs::first_guess::prepare_discs;
     use super::discs::own::LEAD;
-    use super::film::film_data::Film;
+    use super::film::film_data::prepare_film;
     use super::film::own::MOVING;
-    use super::problem::{Problem, State};
-    use super::rows::table::Table;
+    use super::problem::{Prepared, Problem, State};
+    use super::rows::table::prepare_table;
     use super::sums::Noise;
-    use super::unknowns::{Own, Shared};
+    use super::unknowns::Own;
     use super::{Choices, FitEnd, Id, ParameterEstimate, Status, fit_film, fit_rows};
     use crate::io;
     use crate::measurement::dataset::{Before, Dataset};
@@ -178,12 +178,11 @@ mod tests {
     #[test]
     fn gradients_of_films_are_slopes_of_chi2() {
         let dataset = rolls(5, 1);
-        let Film { mut block, unknowns, own, .. } = Film::new(&dataset, &Choices::default()).unwrap();
-        block.noise = [Noise { sd: 0.05, rho: 0.3 }; 2];
-        let problem = Problem::of_one(Block::Film(block), unknowns);
+        let Prepared { mut problem, start: mut state, .. } =
+            prepare_film(&dataset, &Choices::default()).unwrap();
+        problem.film_mut().unwrap().noise = [Noise { sd: 0.05, rho: 0.3 }; 2];
         let columns: Vec<usize> =
             problem.free().into_iter().chain(Id::OFFSETS.map(|id| id as usize)).collect();
-        let mut state = State { own: vec![own], shared: Shared::starts(&problem.unknowns) };
         for column in problem.free() {
             state.shared.0[column] += 0.1 * problem.unknowns[column].prior.map_or(0.02, |p| p.sd.min(0.3));
         }
@@ -196,10 +195,10 @@ mod tests {
         for (kind, loss, falls) in [("impacts", Loss::Cauchy, false), ("angles", Loss::Squares, true)] {
             let mut dataset = made(kind, 20, r#""natural-roll", "stun", "any""#, 0.05, [-50.0, 50.0], 1);
             dataset.settings.falls = falls;
-            let table = Table::new(&dataset, &Choices { loss: Some(loss), ..FULL }).unwrap();
-            let (problem, mut state) = (&table.problem, table.start());
+            let table = prepare_table(&dataset, &Choices { loss: Some(loss), ..FULL }).unwrap();
+            let (problem, mut state) = (&table.problem, table.start.clone());
             for (i, own) in state.own[0].iter_mut().enumerate() {
-                let held = &problem.evaluate(table.start()).shots[0][i].held;
+                let held = &problem.evaluate(table.start.clone()).shots[0][i].held;
                 let moved =
                     |place: usize| if held[place] { 0.0 } else { 0.3 * ((i + 2 * place) as f64).sin() };
                 *own = Own::from_fn(MOVING, |place, _| moved(place));
@@ -211,12 +210,11 @@ mod tests {
     /// Discs have them, with a compliant contact, friction that leads, and a deceleration.
     #[test]
     fn gradients_of_discs_are_slopes_of_chi2() {
-        let Film { mut block, unknowns, own, .. } =
-            Film::of_discs(&io::load(Path::new("data/pucks-chalmers-2023")).unwrap()).unwrap();
+        let dataset = io::load(Path::new("data/pucks-chalmers-2023")).unwrap();
+        let Prepared { mut problem, start: mut state, .. } = prepare_discs(&dataset).unwrap();
+        let block = problem.discs_mut().unwrap();
         block.has_law = true;
         block.noise.iter_mut().for_each(|noise| (noise.sd, noise.rho) = (1e-2, 0.3));
-        let problem = Problem::of_one(Block::Discs(block), unknowns);
-        let mut state = State { own: vec![own], shared: Shared::starts(&problem.unknowns) };
         (state.shared[Id::Slowing], state.shared[Id::Kappa]) = (0.05, 1.3);
         state.own[0][1][LEAD] = 1e-3;
         check_gradient(&problem, &state, &problem.free(), 1, [2e-3; 2]);
@@ -243,7 +241,7 @@ mod tests {
     #[test]
     fn poor_films_give_a_fit_or_an_error() {
         let fitted = |dataset: &Dataset| fit_film(dataset, &Choices::default());
-        assert!(fitted(&rolls(1, 5)).is_ok_and(|fit| fit.names[0].len() == 1));
+        assert!(fitted(&rolls(1, 5)).is_ok_and(|fit| fit.names().len() == 1));
         for count in [0, 1, 2, 7, 40] {
             for speed in [0.0, 1.0, f64::NAN] {
                 let sample =

@@ -7,6 +7,7 @@ use super::block::Block;
 use super::discs::block::DiscBlock;
 use super::film::filmed::FilmBlock;
 use super::film::impact::Contact;
+use super::findings::Finding;
 use super::rows::block::RowsBlock;
 use super::unknowns::{Id, Mode, Own, SHARED, Shared, Unknown};
 use crate::measurement::loss::Loss;
@@ -15,6 +16,8 @@ use crate::measurement::loss::Loss;
 #[derive(Clone)]
 pub(crate) struct Sample {
     pub(crate) block: Block,
+    /// Names of its shots.
+    pub(crate) names: Arc<Vec<String>>,
     /// Column of the problem of each shared unknown, in the order of [`Id`].
     pub(crate) columns: [usize; SHARED],
     /// Samples of the same number have the noises of tables in common.
@@ -28,6 +31,30 @@ pub(crate) struct Problem {
     pub(crate) unknowns: Vec<Unknown>,
     /// Number of evaluations of this problem and of the problems made from it.
     pub(crate) evaluations: Arc<AtomicUsize>,
+}
+
+/// The data of one sample before they are fitted.
+#[derive(Clone)]
+pub(crate) struct Prepared {
+    pub(crate) problem: Problem,
+    /// Where the search begins.
+    pub(crate) start: State,
+    /// Findings, in the order in which they were made.
+    pub(crate) findings: Vec<Finding>,
+    /// Names and reasons of the shots that are not in the data.
+    pub(crate) left_out: Vec<(String, String)>,
+    /// Metres in a unit of length of the film.
+    pub(crate) unit: f64,
+    /// Middle of the impacts in the film, in its unit.
+    pub(crate) middle: [f64; 2],
+}
+
+impl Prepared {
+    /// Leaves out the shots for which `keep` is false, and says so.
+    pub(crate) fn leave_out(&mut self, keep: &[bool]) {
+        let names = self.problem.retain(&mut self.start, keep);
+        self.findings.push(Finding::LostShots { names });
+    }
 }
 
 /// Values of all unknowns.
@@ -53,6 +80,12 @@ impl Sample {
     pub(crate) fn gather(&self, shared: &Shared) -> Shared {
         Shared(self.columns.iter().map(|column| shared.0[*column]).collect())
     }
+
+    /// Takes shots instead of all; one may be taken several times.
+    pub(crate) fn take(&mut self, indices: &[usize]) {
+        self.names = Arc::new(indices.iter().map(|i| self.names[*i].clone()).collect());
+        self.block.take(indices);
+    }
 }
 
 /// Defines access to the block of a problem of one sample, if it is of this kind.
@@ -75,8 +108,9 @@ impl Problem {
 
     /// Returns the problem of one sample; its columns are the shared unknowns in the order of
     /// [`Id`].
-    pub(crate) fn of_one(block: Block, unknowns: Vec<Unknown>) -> Self {
-        let sample = Sample { block, columns: std::array::from_fn(|column| column), noise_of: 0 };
+    pub(crate) fn of_one(block: Block, names: impl Into<Arc<Vec<String>>>, unknowns: Vec<Unknown>) -> Self {
+        let columns = std::array::from_fn(|column| column);
+        let sample = Sample { block, names: names.into(), columns, noise_of: 0 };
         Self { samples: vec![sample], unknowns, evaluations: Arc::default() }
     }
 
@@ -157,18 +191,14 @@ impl Problem {
         changed
     }
 
-    /// Keeps the shots of a sample for which `keep` is true, here and in `state`.
-    pub fn retain(&mut self, sample: usize, state: &mut State, keep: &[bool]) {
-        let kept: Vec<usize> = (0..keep.len()).filter(|i| keep[*i]).collect();
-        state.own[sample] = kept.iter().map(|i| state.own[sample][*i].clone()).collect();
-        self.samples[sample].block.take(&kept);
+    /// Keeps the shots of the only sample for which `keep` is true, here and in `state`; returns
+    /// the names of the others.
+    pub(crate) fn retain(&mut self, state: &mut State, keep: &[bool]) -> Vec<String> {
+        let (kept, lost): (Vec<usize>, Vec<usize>) = (0..keep.len()).partition(|i| keep[*i]);
+        let (sample, own) = (&mut self.samples[0], &mut state.own[0]);
+        let lost = lost.into_iter().map(|i| sample.names[i].clone()).collect();
+        *own = kept.iter().map(|i| own[*i].clone()).collect();
+        sample.take(&kept);
+        lost
     }
-}
-
-/// Keeps the names of the shots for which `keep` is true; returns the others.
-pub(crate) fn split_names(names: &mut Vec<String>, keep: &[bool]) -> Vec<String> {
-    let (kept, lost): (Vec<_>, Vec<_>) =
-        std::mem::take(names).into_iter().zip(keep).partition(|(_, keep)| **keep);
-    *names = kept.into_iter().map(|(name, _)| name).collect();
-    lost.into_iter().map(|(name, _)| name).collect()
 }

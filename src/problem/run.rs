@@ -4,12 +4,11 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::block::Block;
 use super::effects::choose_effects;
 use super::false_shots::{Squares, judge, tail};
 use super::film::block;
 use super::film::causes::{self, Refit};
-use super::film::film_data::{Film, FilmError};
+use super::film::film_data::{FilmError, prepare_film};
 use super::film::outliers::{self, leave_out_frames, squares};
 use super::film::own::{SCATTERED, scattering};
 use super::film::spins::{FIRST_SCATTER, SIDE_SPREAD};
@@ -18,11 +17,11 @@ use super::intervals::errors_as_free;
 use super::loss::ShotLoss;
 use super::minimise::{Descent, descend_with_noise, fit};
 use super::policy::{Choices, POLICY};
-use super::problem::{Problem, State, split_names};
+use super::problem::{Prepared, Problem, State};
 use super::solution::Solution;
 use super::sums::{Noise, ShotSums, Spread};
 use super::uncertainty::{Estimates, robust_covariance};
-use super::unknowns::{Id, Mode, Shared};
+use super::unknowns::{Id, Mode};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Compliance;
@@ -38,32 +37,25 @@ const MAX_CAUSES: usize = 3;
 /// # Errors
 /// See [`FilmError`].
 pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices) -> Result<Solution, FilmError> {
-    let Film { block, unknowns, own, names, left_out, findings, unit, middle } = Film::new(dataset, choices)?;
-    let first_noise = block.noise;
-    let start = State { own: vec![own], shared: Shared::starts(&unknowns) };
-    let problem = Problem::of_one(Block::Film(block), unknowns);
-    let all = (problem.clone(), names.clone());
-    let run = Run::minimise((problem, names), start.clone())?;
-    let mut run = run.without_false_shots(all, &start, &first_noise);
-    run.findings.splice(..0, findings);
+    let data = prepare_film(dataset, choices)?;
+    let mut run = Run::minimise(data.clone())?.without_false_shots(data);
     run.leave_out_spoiled();
-    let start = run.first.1.clone();
-    if slow_variance(&run.noise(), &first_noise) > POLICY.misfit {
-        let freed = causes::spin_freely(&run.problem, &run.descent.end, (&start, first_noise));
+    if run.slow_variance() > POLICY.misfit {
+        let freed = causes::spin_freely(&run.problem, &run.descent.end, &run.data);
         run.adopt(freed);
     }
     let how = (choices.fidelity.is_none(), dataset.settings.compliance);
     let without_causes = run.clone();
-    let mut estimates = run.name_causes(how, first_noise)?;
+    let mut estimates = run.name_causes(how)?;
     if run.is_scattered(&estimates) {
         // a cause is named only if it explains more than such scatter does
         run = without_causes;
         run.let_scatter();
-        estimates = run.name_causes(how, first_noise)?;
+        estimates = run.name_causes(how)?;
         let spreads = run.problem.film().map_or(&[][..], |film| &film.spreads[FIRST_SCATTER..]);
         let differing = SCATTERED.into_iter().zip(spreads).filter(|(_, spread)| spread.sd > spread.first);
         let spreads: Vec<_> = differing.map(|(id, spread)| Differing { id, sd: spread.sd }).collect();
-        run.findings.extend((!spreads.is_empty()).then_some(Finding::Dispersed { spreads }));
+        run.data.findings.extend((!spreads.is_empty()).then_some(Finding::Dispersed { spreads }));
     } else if !run.problem.is_robust() {
         run.let_scatter();
         estimates = run.estimates()?;
@@ -71,18 +63,18 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices) -> Result<Solution,
     let state = &run.descent.end.state;
     let film = run.problem.film();
     let lags = film.and_then(|film| outliers::lags(film, &state.own[0], &state.shared));
-    run.findings.extend(lags.map(|_| Finding::Lags));
+    run.data.findings.extend(lags.map(|_| Finding::Lags));
     let side = film.map(|film| film.spreads[SIDE_SPREAD]);
     let is_wide = |side: &Spread| side.sd > POLICY.side_spins.max(2.0 * side.first);
-    run.findings.extend(side.filter(is_wide).map(|Spread { sd, .. }| Finding::SideSpins { sd }));
-    let misfit = slow_variance(&run.noise(), &first_noise);
+    run.data.findings.extend(side.filter(is_wide).map(|Spread { sd, .. }| Finding::SideSpins { sd }));
+    let misfit = run.slow_variance();
     if misfit > POLICY.misfit {
-        run.findings.push(Finding::Misfit { ratio: misfit, refutes: misfit > POLICY.refuted });
+        run.data.findings.push(Finding::Misfit { ratio: misfit, refutes: misfit > POLICY.refuted });
     }
     if !run.descent.converged {
-        run.findings.push(Finding::NotConverged);
+        run.data.findings.push(Finding::NotConverged);
     }
-    let mut solution = Solution { unit, middle: middle.into(), left_out, ..run.finish(estimates) };
+    let mut solution = run.finish(estimates);
     let fps = dataset.tracks.as_ref().and_then(|tracks| tracks.fps);
     if let Some(fps) = fps.filter(|fps| *fps <= Tracks::MAX_PLAYBACK)
         && solution.findings.iter().any(|finding| finding.severity() > Severity::Note)
@@ -92,22 +84,15 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices) -> Result<Solution,
     Ok(solution)
 }
 
-/// Returns the variance of slow motions, σ²(1 + ρ)/(1 − ρ), over that of another noise.
-fn slow_variance(noise: &[Noise; 2], first: &[Noise; 2]) -> f64 {
-    let variance = |noise: &Noise| noise.sd * noise.sd * (1.0 + noise.rho) / (1.0 - noise.rho);
-    let ratios = noise.iter().zip(first).map(|(noise, first)| variance(noise) / variance(first));
-    ratios.fold(0.0, f64::max)
-}
-
 /// Returns which shots have the outcome of the others and frames as near to their paths, by a loss
 /// that gives gross errors little weight and with the noise that neighbouring frames show, and the
 /// state of all; `None` if all have them, or too few.
-fn judge_outcomes(problem: &Problem, start: &State) -> Option<(Vec<bool>, State)> {
-    let mut robust = problem.clone();
+fn judge_outcomes(data: &Prepared) -> Option<(Vec<bool>, State)> {
+    let mut robust = data.problem.clone();
     let film = robust.film_mut()?;
     let numbers = Id::OFFSETS.len();
     (film.loss, film.states_noise) = (Some(ShotLoss::new(Loss::Cauchy, numbers)), true);
-    let end = fit(&mut robust, start)?.end;
+    let end = fit(&mut robust, &data.start)?.end;
     let distance = |i: usize| end.shots[0][i].part.map_or(f64::INFINITY, |part| part.distance);
     let keep = judge_shots(&end.shots[0], distance, 1.0);
     keep.contains(&false).then_some((keep, end.state))
@@ -129,25 +114,22 @@ fn judge_shots(shots: &[ShotSums], distance: impl Fn(usize) -> f64, least: f64) 
 struct Run {
     problem: Problem,
     descent: Descent,
-    names: Vec<String>,
-    /// The problem before its search, and where that begins.
-    first: (Problem, State),
-    findings: Vec<Finding>,
+    /// The problem before its search, with all that was found.
+    data: Prepared,
 }
 
 impl Run {
     /// Minimises, leaving out frames and shots that fit no collision.
-    fn minimise((mut problem, names): (Problem, Vec<String>), start: State) -> Result<Self, FilmError> {
-        let first = problem.clone();
-        let descent = fit(&mut problem, &start).ok_or(FilmError::NoStart)?;
-        let first = (first, start);
-        let mut run = Self { problem, descent, names, first, findings: Vec::new() };
+    fn minimise(data: Prepared) -> Result<Self, FilmError> {
+        let mut problem = data.problem.clone();
+        let descent = fit(&mut problem, &data.start).ok_or(FilmError::NoStart)?;
+        let mut run = Self { problem, descent, data };
         for round in 0..ROUNDS {
             let mut state = run.descent.end.state.clone();
             // wrong frames are left out before shots are judged; by a robust loss wrong shots count
             // less
             let keep = if round == 0 || run.problem.is_robust() {
-                vec![true; run.names.len()]
+                vec![true; run.count_shots()]
             } else {
                 let distances = run.distances();
                 let distance = |i: usize| distances[i].unwrap_or(0.0);
@@ -155,10 +137,11 @@ impl Run {
             };
             let frames = run.leave_out_frames(&state);
             if keep.contains(&false) {
-                run.leave_out(&keep, &mut state);
+                run.problem.retain(&mut state, &keep);
+                run.data.leave_out(&keep);
                 // what was fitted to wrong shots may be another minimum
-                let mut anew = run.first.0.clone();
-                if let Some(descent) = fit(&mut anew, &run.first.1) {
+                let mut anew = run.data.problem.clone();
+                if let Some(descent) = fit(&mut anew, &run.data.start) {
                     (run.problem, run.descent) = (anew, descent);
                     continue;
                 }
@@ -175,43 +158,30 @@ impl Run {
 
     /// Returns the fit without shots that are not as the others, as a fit of all shots with a
     /// robust loss shows them, if the frames of the others then scatter as their noise.
-    fn without_false_shots(
-        self,
-        (mut problem, mut names): (Problem, Vec<String>),
-        start: &State,
-        first: &[Noise; 2],
-    ) -> Self {
-        let is_good = |run: &Self| slow_variance(&run.noise(), first) <= POLICY.misfit;
-        if problem.is_robust() || is_good(&self) {
+    fn without_false_shots(self, all: Prepared) -> Self {
+        let is_good = |run: &Self| run.slow_variance() <= POLICY.misfit;
+        if self.problem.is_robust() || is_good(&self) {
             return self;
         }
-        let Some((keep, mut state)) = judge_outcomes(&problem, start) else { return self };
-        problem.retain(0, &mut state, &keep);
-        let lost = Finding::LostShots { names: split_names(&mut names, &keep) };
-        let refit = Self::minimise((problem, names), state).ok().filter(is_good);
-        refit.map_or(self, |mut refit| {
-            refit.findings.insert(0, lost);
-            refit
-        })
+        let Some((keep, start)) = judge_outcomes(&all) else { return self };
+        let mut others = Prepared { start, ..all };
+        others.leave_out(&keep);
+        Self::minimise(others).ok().filter(is_good).unwrap_or(self)
+    }
+
+    fn count_shots(&self) -> usize {
+        self.problem.samples[0].names.len()
     }
 
     /// Leaves out frames that fit no collision, also of the search from the beginning; returns their
     /// number.
     fn leave_out_frames(&mut self, state: &State) -> usize {
-        let Some((film, first)) = self.problem.film_mut().zip(self.first.0.film_mut()) else { return 0 };
+        let Some((film, first)) = self.problem.film_mut().zip(self.data.problem.film_mut()) else { return 0 };
         let frames = leave_out_frames(film, &state.own[0], &state.shared);
         for (first, shot) in Arc::make_mut(&mut first.shots).iter_mut().zip(film.shots.iter()) {
             first.tracks = Arc::clone(&shot.tracks);
         }
         frames
-    }
-
-    /// Leaves out the shots that are not kept, and says so.
-    fn leave_out(&mut self, keep: &[bool], state: &mut State) {
-        self.problem.retain(0, state, keep);
-        let (first, start) = &mut self.first;
-        first.retain(0, start, keep);
-        self.findings.push(Finding::LostShots { names: split_names(&mut self.names, keep) });
     }
 
     /// Leaves out the frames next to the impacts if they are off in all shots, and says so.
@@ -226,18 +196,14 @@ impl Run {
         let [before, after] = spoiled.unwrap_or_default();
         // the first frame after an impact may be less than half a frame away
         let after = after.max(lags.map_or(0, |frames| frames + 1));
-        self.findings.push(Finding::Spoiled { before, after });
+        self.data.findings.push(Finding::Spoiled { before, after });
         outliers::leave_out_spoiled(film, &state.own[0], [before, after]);
         self.descent = descend_with_noise(&mut self.problem, state);
     }
 
     /// Adopts effects beyond the model and causes of residuals that the frames show; returns the
     /// estimates.
-    fn name_causes(
-        &mut self,
-        how: (bool, Compliance),
-        first_noise: [Noise; 2],
-    ) -> Result<Estimates, FilmError> {
+    fn name_causes(&mut self, how: (bool, Compliance)) -> Result<Estimates, FilmError> {
         let effects = choose_effects(&mut self.problem, &mut self.descent, how);
         let is_adopted = |effect: &Finding| {
             !matches!(
@@ -245,16 +211,15 @@ impl Run {
                 Finding::Compliance { adopted: false, .. } | Finding::Weight { adopted: false, .. }
             )
         };
-        self.findings.extend(effects.into_iter().filter(is_adopted));
+        self.data.findings.extend(effects.into_iter().filter(is_adopted));
         let mut estimates = self.estimates()?;
         for _ in 0..MAX_CAUSES {
             let cause = causes::explain(&self.problem, &self.descent.end, &estimates);
             // sliding explains a deceleration that no cloth has
             let is_said_to_roll = self.problem.film().is_some_and(|film| film.is_said_to_roll());
             let spins = cause.as_ref().filter(|_| is_said_to_roll).and_then(|cause| {
-                let first = (&self.first.1, first_noise);
-                let freed = causes::spin_freely(&self.problem, &self.descent.end, first)?;
-                (freed.fall > cause.fall + 2.0 * self.names.len() as f64).then_some(freed)
+                let freed = causes::spin_freely(&self.problem, &self.descent.end, &self.data)?;
+                (freed.fall > cause.fall + 2.0 * self.count_shots() as f64).then_some(freed)
             });
             if !self.adopt(spins.or(cause)) {
                 break;
@@ -282,7 +247,7 @@ impl Run {
     fn distances(&self) -> Vec<Option<f64>> {
         let state = &self.descent.end.state;
         let distance = |i: usize| block::distance(&self.problem.contribute(state, (0, i)));
-        (0..self.names.len()).into_par_iter().map(distance).collect()
+        (0..self.count_shots()).into_par_iter().map(distance).collect()
     }
 
     /// Goes on with impacts that differ from shot to shot.
@@ -294,16 +259,20 @@ impl Run {
         self.descent = descend_with_noise(&mut self.problem, state);
     }
 
-    /// Returns the noise of the frames of each ball.
-    fn noise(&self) -> [Noise; 2] {
-        self.problem.film().map_or([Noise { sd: f64::NAN, rho: 0.0 }; 2], |film| film.noise)
+    /// Returns the variance of slow motions, σ²(1 + ρ)/(1 − ρ), over that before the search, of the
+    /// ball for which that is larger.
+    fn slow_variance(&self) -> f64 {
+        let variance = |noise: &Noise| noise.sd * noise.sd * (1.0 + noise.rho) / (1.0 - noise.rho);
+        let [now, first] = [&self.problem, &self.data.problem].map(|of| of.samples[0].block.noises());
+        let ratios = now.iter().zip(first).map(|(now, first)| variance(now) / variance(first));
+        ratios.fold(0.0, f64::max)
     }
 
     /// Goes on from a refit, if there is one; returns whether there is.
     fn adopt(&mut self, refit: Option<Refit>) -> bool {
         let Some(Refit { problem, descent, finding, .. }) = refit else { return false };
         (self.problem, self.descent) = (problem, descent);
-        self.findings.extend(finding);
+        self.data.findings.extend(finding);
         true
     }
 
@@ -321,7 +290,7 @@ impl Run {
             let is_vague = id == Id::MuS && as_free.is_some_and(|sd| sd > POLICY.undetermined_mu_s);
             if unknown.mode == Mode::Free && (sd.is_none() || is_vague) {
                 let is_at_bound = !is_vague && unknown.bounds.contains(&value);
-                self.findings.push(if is_at_bound {
+                self.data.findings.push(if is_at_bound {
                     Finding::AtBound { id, bound: value }
                 } else {
                     Finding::Undetermined { id, sd: as_free.unwrap_or(f64::INFINITY) }
@@ -331,7 +300,8 @@ impl Run {
         if let Some(covariance) = robust_covariance(&self.problem, &self.descent.end, &estimates) {
             estimates.covariance = covariance;
         }
-        let names = vec![self.names];
-        Solution { findings: self.findings, ..Solution::new(self.problem, self.descent, estimates, names) }
+        let Prepared { findings, left_out, unit, middle, .. } = self.data;
+        let solution = Solution::new(self.problem, self.descent, estimates);
+        Solution { findings, left_out, unit, middle, ..solution }
     }
 }

@@ -1,5 +1,6 @@
 //! A minimum, and what is known there: estimates, error budget, influence of shots.
 
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use nalgebra::{DMatrix, DVector};
@@ -69,8 +70,6 @@ pub(crate) struct Solution {
     pub(crate) covariance: Estimates,
     /// Findings, in the order in which they were made.
     pub(crate) findings: Vec<Finding>,
-    /// Names of the shots of each sample.
-    pub(crate) names: Vec<Vec<String>>,
     /// Names and reasons of the shots that are not in the data.
     pub(crate) left_out: Vec<(String, String)>,
     pub(crate) evaluations: usize,
@@ -89,26 +88,24 @@ impl std::fmt::Debug for Solution {
 }
 
 impl Solution {
-    /// Returns the end of a descent of a table as a solution, with the covariance there and the
-    /// names of the shots of each sample.
-    pub(crate) fn new(
-        problem: Problem,
-        descent: Descent,
-        covariance: Estimates,
-        names: Vec<Vec<String>>,
-    ) -> Self {
+    /// Returns the end of a descent of a table as a solution, with the covariance there.
+    pub(crate) fn new(problem: Problem, descent: Descent, covariance: Estimates) -> Self {
         Self {
             evaluations: problem.evaluations.load(Ordering::Relaxed),
             problem,
             at: descent.end,
             covariance,
             findings: Vec::new(),
-            names,
             left_out: Vec::new(),
             converged: descent.converged,
             unit: 1.0,
             middle: [0.0; 2],
         }
+    }
+
+    /// Returns the names of the shots of the first sample.
+    pub(crate) fn names(&self) -> &[String] {
+        &self.problem.samples[0].names
     }
 
     /// Returns the values of all unknowns.
@@ -121,7 +118,7 @@ impl Solution {
     pub(crate) fn of_sample(&self, number: usize) -> Self {
         let sample = &self.problem.samples[number];
         let unknowns = sample.columns.iter().map(|column| self.problem.unknowns[*column]).collect();
-        let problem = Problem::of_one(sample.block.clone(), unknowns);
+        let problem = Problem::of_one(sample.block.clone(), Arc::clone(&sample.names), unknowns);
         let shared = sample.gather(&self.at.state.shared);
         let at = problem.evaluate(State { own: vec![self.at.state.own[number].clone()], shared });
         let known = (0..sample.columns.len()).filter_map(|local| {
@@ -130,8 +127,7 @@ impl Solution {
         });
         let (columns, places): (Vec<usize>, Vec<usize>) = known.unzip();
         let covariance = self.covariance.covariance.select_rows(&places).select_columns(&places);
-        let names = vec![self.names[number].clone()];
-        Self { problem, at, covariance: Estimates { columns, covariance }, names, ..self.clone() }
+        Self { problem, at, covariance: Estimates { columns, covariance }, ..self.clone() }
     }
 
     /// Returns the estimates of all shared unknowns that were free, in the order of the columns.
@@ -329,13 +325,10 @@ impl Solution {
         self.column(0, id).map_or([f64::NAN; 2], |column| self.problem.unknowns[column].bounds)
     }
 
-    /// Returns the topspin of each shot of a film over natural roll, with its name; 1 for a ball
-    /// that rolls.
-    pub(crate) fn topspins(&self) -> Vec<(String, f64)> {
-        let Some(film) = self.problem.film() else { return Vec::new() };
-        let own = &self.state().own;
-        let shots = film.shots.iter().zip(&own[0]).zip(&self.names[0]);
-        shots.map(|((shot, own), name)| (name.clone(), shot.spin.topspin_of(own))).collect()
+    /// Returns the topspin of each shot of a film over natural roll; 1 for a ball that rolls.
+    pub(crate) fn topspins(&self) -> Vec<f64> {
+        let shots = self.problem.film().into_iter().flat_map(|film| film.shots.iter());
+        shots.zip(&self.state().own[0]).map(|(shot, own)| shot.spin.topspin_of(own)).collect()
     }
 
     /// Returns whether the frames of a film do not determine a parameter: a finding says so, or the
@@ -364,7 +357,7 @@ impl Solution {
         let own = self.state().own.first()?;
         let drawn: Vec<usize> = (0..own.len()).map(|_| random.random_range(0..own.len())).collect();
         let mut problem: Problem = self.problem.clone();
-        problem.samples[0].block.take(&drawn);
+        problem.samples[0].take(&drawn);
         let own = vec![drawn.iter().map(|i| own[*i].clone()).collect()];
         let state = State { own, shared: self.state().shared.clone() };
         let descent = problem.descend(state);

@@ -41,7 +41,6 @@ pub(crate) struct PointTrack {
 /// The frames of a shot.
 #[derive(Clone, Debug)]
 pub(crate) struct ShotFrames {
-    pub(crate) name: String,
     pub(crate) tracks: Vec<PointTrack>,
     /// Frames per second.
     pub(crate) fps: f64,

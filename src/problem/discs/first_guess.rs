@@ -16,8 +16,10 @@ use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Sample, TrackShot, TrackedBall};
 use crate::numerics::{median, wrap};
+use crate::problem::block::Block;
 use crate::problem::film::camera::Point;
-use crate::problem::film::film_data::{Film, FilmError, Reading, repair_drops};
+use crate::problem::film::film_data::{FilmError, Reading, repair_drops};
+use crate::problem::problem::{Prepared, Problem, State};
 use crate::problem::sums::Noise;
 use crate::problem::unknowns::{Id, Own, Shared};
 
@@ -41,52 +43,52 @@ struct Guessed {
     stuck: Option<Stuck>,
 }
 
-impl Film<DiscBlock> {
-    /// Returns the block of a data set's films.
-    ///
-    /// # Errors
-    /// See [`FilmError`].
-    pub(crate) fn of_discs(dataset: &Dataset) -> Result<Self, FilmError> {
-        let tracks = dataset.tracks.as_ref().filter(|tracks| !tracks.shots.is_empty());
-        let tracks = tracks.ok_or(FilmError::NoFilm)?;
-        let discs = tracks.discs.ok_or(FilmError::NoFilm)?;
-        let mut shots = tracks.shots.clone();
-        // each disc has its own noise, which is estimated
-        for shot in &mut shots {
-            shot.position_sd = None;
-        }
-        let findings = repair_drops(&mut shots).into_iter().collect();
-        let (refused, guessed): (Vec<_>, Vec<_>) =
-            shots.into_par_iter().partition_map(|shot| Guessed::new(shot).into());
-        let mut left_out = tracks.left_out.clone();
-        left_out.extend(refused.into_iter().map(|(name, why)| (name, why.to_string())));
-        if guessed.is_empty() {
-            return Err(FilmError::NoImpact(left_out));
-        }
-        let typical = |of: &dyn Fn(&Meeting) -> f64| median(guessed.iter().map(|g| of(&g.meeting)).collect());
-        let middle = Point::from([0, 1].map(|axis| typical(&|meeting| meeting.before(0)[0][axis])));
-        let distance = typical(&|meeting| meeting.relative(0)[0].norm());
-        let stated = discs.radii.map(|[first, second]| first + second);
-        let unit = stated.filter(|_| tracks.from_balls).map_or(1.0, |stated| stated / distance);
-        let means = [unit * distance, typical(&Meeting::mass_ratio)];
-        let is_flat = guessed.iter().any(|guessed| constant_axis(&guessed.shot).is_some());
-        let unknowns = list_unknowns(dataset, tracks, &discs, means, (guessed.len(), is_flat));
-        let shared = Shared::starts(&unknowns);
-        let reading = Reading { middle, unit, states_noise: false, may_be_held: false };
-        let frames = guessed.iter().map(|guessed| guessed.read(&reading, &shared));
-        let (shots, own): (Vec<ShotFrames>, Vec<Own>) = frames.unzip();
-        let noise = |Guessed { shot, meeting, .. }: &Guessed| {
-            let sd = noise_of_near(&[&shot.cue, &shot.object], shot, meeting.time);
-            // lines through the frames next to an impact miss the discs by as much
-            let sd = unit * (DISTANCE_SD * meeting.relative(0)[0].norm()).max(EXTRAPOLATED * sd);
-            [Noise { sd, rho: shot.correlation }; NOISES]
-        };
-        let noise = guessed.iter().flat_map(noise).collect();
-        let names = shots.iter().map(|shot| shot.name.clone()).collect();
-        let spreads = spreads(&discs, shots.len());
-        let block = DiscBlock { shots: Arc::new(shots), discs, has_law: false, noise, spreads };
-        Ok(Self { block, unknowns, own, names, left_out, findings, unit, middle })
+/// Returns the films of discs of a data set as a problem.
+///
+/// # Errors
+/// See [`FilmError`].
+pub(crate) fn prepare_discs(dataset: &Dataset) -> Result<Prepared, FilmError> {
+    let tracks = dataset.tracks.as_ref().filter(|tracks| !tracks.shots.is_empty());
+    let tracks = tracks.ok_or(FilmError::NoFilm)?;
+    let discs = tracks.discs.ok_or(FilmError::NoFilm)?;
+    let mut shots = tracks.shots.clone();
+    // each disc has its own noise, which is estimated
+    for shot in &mut shots {
+        shot.position_sd = None;
     }
+    let findings = repair_drops(&mut shots).into_iter().collect();
+    let (refused, guessed): (Vec<_>, Vec<_>) =
+        shots.into_par_iter().partition_map(|shot| Guessed::new(shot).into());
+    let mut left_out = tracks.left_out.clone();
+    left_out.extend(refused.into_iter().map(|(name, why)| (name, why.to_string())));
+    if guessed.is_empty() {
+        return Err(FilmError::NoImpact(left_out));
+    }
+    let typical = |of: &dyn Fn(&Meeting) -> f64| median(guessed.iter().map(|g| of(&g.meeting)).collect());
+    let middle = Point::from([0, 1].map(|axis| typical(&|meeting| meeting.before(0)[0][axis])));
+    let distance = typical(&|meeting| meeting.relative(0)[0].norm());
+    let stated = discs.radii.map(|[first, second]| first + second);
+    let unit = stated.filter(|_| tracks.from_balls).map_or(1.0, |stated| stated / distance);
+    let means = [unit * distance, typical(&Meeting::mass_ratio)];
+    let is_flat = guessed.iter().any(|guessed| constant_axis(&guessed.shot).is_some());
+    let unknowns = list_unknowns(dataset, tracks, &discs, means, (guessed.len(), is_flat));
+    let shared = Shared::starts(&unknowns);
+    let reading = Reading { middle, unit, states_noise: false, may_be_held: false };
+    let frames = guessed.iter().map(|guessed| guessed.read(&reading, &shared));
+    let (shots, own): (Vec<ShotFrames>, Vec<Own>) = frames.unzip();
+    let noise = |Guessed { shot, meeting, .. }: &Guessed| {
+        let sd = noise_of_near(&[&shot.cue, &shot.object], shot, meeting.time);
+        // lines through the frames next to an impact miss the discs by as much
+        let sd = unit * (DISTANCE_SD * meeting.relative(0)[0].norm()).max(EXTRAPOLATED * sd);
+        [Noise { sd, rho: shot.correlation }; NOISES]
+    };
+    let noise = guessed.iter().flat_map(noise).collect();
+    let names: Vec<String> = guessed.iter().map(|guessed| guessed.shot.name.clone()).collect();
+    let spreads = spreads(&discs, shots.len());
+    let block = DiscBlock { shots: Arc::new(shots), discs, has_law: false, noise, spreads };
+    let start = State { own: vec![own], shared };
+    let problem = Problem::of_one(Block::Discs(block), names, unknowns);
+    Ok(Prepared { problem, start, findings, left_out, unit, middle: middle.into() })
 }
 
 impl Guessed {
@@ -152,7 +154,6 @@ impl Guessed {
         }
         let knows_slip = (turns == [true; 2] || shot.spin == Spin::Stun) && flat.is_none();
         let frames = ShotFrames {
-            name: shot.name.clone(),
             tracks,
             fps: shot.fps,
             turns,

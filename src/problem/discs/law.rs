@@ -16,7 +16,7 @@ use crate::problem::film::priors::list_contact;
 use crate::problem::findings::Finding;
 use crate::problem::minimise::{different, grid};
 use crate::problem::policy::POLICY;
-use crate::problem::problem::{State, split_names};
+use crate::problem::problem::State;
 use crate::problem::solution::Solution;
 use crate::problem::sums::Scattered;
 use crate::problem::unknowns::{Id, Mode, Unknown};
@@ -51,7 +51,7 @@ pub(crate) fn fit_discs(dataset: &Dataset) -> Result<DiscFit, FilmError> {
     let fault = |impact: &DiscImpact| Some((impact.name.clone(), impact.find_fault()?));
     free.left_out.extend(impacts.iter().filter_map(fault));
     let is_usable = |name: &String| free.left_out.iter().all(|(other, _)| other != name);
-    let usable: Vec<bool> = free.names[0].iter().map(is_usable).collect();
+    let usable: Vec<bool> = free.names().iter().map(is_usable).collect();
     if !usable.contains(&true) {
         return Err(FilmError::NoImpact(free.left_out));
     }
@@ -82,11 +82,11 @@ pub(crate) fn fit_discs(dataset: &Dataset) -> Result<DiscFit, FilmError> {
 }
 
 /// Keeps the shots for which `keep` is true; returns the names of the others.
-fn keep_shots(Solution { problem, at, names, .. }: &mut Solution, keep: &[bool]) -> Vec<String> {
+fn keep_shots(Solution { problem, at, .. }: &mut Solution, keep: &[bool]) -> Vec<String> {
     let mut state = at.state.clone();
-    problem.retain(0, &mut state, keep);
+    let names = problem.retain(&mut state, keep);
     *at = problem.evaluate(state);
-    split_names(&mut names[0], keep)
+    names
 }
 
 /// Returns the minima with the likelier law, the likeliest first, and the finding that its contact

@@ -3,19 +3,19 @@
 use std::sync::Arc;
 
 use super::block::{DiscBlock, PointTrack, by_unknowns};
+use super::first_guess::prepare_discs;
 use super::impact::{DiscImpact, find_doubts};
 use super::motion::{Dual, locate};
 use super::own::{self, LAW, LEAST_SHOTS};
 use crate::measurement::dataset::{Dataset, Measured};
-use crate::problem::block::Block;
 use crate::problem::false_shots::tail;
 use crate::problem::film::camera::{Camera, Point};
-use crate::problem::film::film_data::{Film, FilmError};
+use crate::problem::film::film_data::FilmError;
 use crate::problem::film::outliers::outlying;
 use crate::problem::frames::{PicturePaths, Sight};
 use crate::problem::minimise::{Descent, descend, descend_with_noise};
 use crate::problem::policy::{POLICY, STALL};
-use crate::problem::problem::{Problem, State};
+use crate::problem::problem::{Prepared, Problem, State};
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Mode, Own, Shared};
@@ -56,9 +56,7 @@ pub(super) fn settle(mut problem: Problem, state: State) -> Result<Solution, Fil
 /// Returns the solution at the end of a descent.
 pub(super) fn solve(problem: Problem, descent: Descent) -> Result<Solution, FilmError> {
     let covariance = Estimates::new(&problem, &descent.end).ok_or(FilmError::Undetermined)?;
-    let shots = problem.discs().map_or(&[][..], |block| &block.shots);
-    let names = vec![shots.iter().map(|shot| shot.name.clone()).collect()];
-    Ok(Solution::new(problem, descent, covariance, names))
+    Ok(Solution::new(problem, descent, covariance))
 }
 
 /// Measures the shots of the films of a data set that show an impact of its discs: e, J_t/J_n,
@@ -68,13 +66,10 @@ pub(super) fn solve(problem: Problem, descent: Descent) -> Result<Solution, Film
 /// # Errors
 /// See [`FilmError`].
 pub(crate) fn measure_discs(dataset: &Dataset) -> Result<(Solution, Vec<DiscImpact>), FilmError> {
-    let Film { block, mut unknowns, own, mut left_out, findings, unit, middle, .. } =
-        Film::of_discs(dataset)?;
-    let radii = block.discs.radii;
-    unknowns[..LAW].iter_mut().for_each(|unknown| unknown.mode = Mode::Fixed);
-    let few = usize::from(own.len() < LEAST_SHOTS);
-    let mut state = State { own: vec![own], shared: Shared::starts(&unknowns) };
-    let mut problem = Problem::of_one(Block::Discs(block), unknowns);
+    let Prepared { mut problem, start: mut state, findings, mut left_out, unit, middle } =
+        prepare_discs(dataset)?;
+    problem.unknowns[..LAW].iter_mut().for_each(|unknown| unknown.mode = Mode::Fixed);
+    let few = usize::from(state.own[0].len() < LEAST_SHOTS);
     let free = problem.free();
     for (i, reach) in REACHES[..REACHES.len() - 1 + few].iter().enumerate() {
         let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
@@ -104,7 +99,8 @@ pub(crate) fn measure_discs(dataset: &Dataset) -> Result<(Solution, Vec<DiscImpa
         block.choose_frames(&solution.at.state, LEFT_OUT);
         solution = settle(solution.problem, solution.at.state)?;
     }
-    let mut impacts = list_impacts(&solution, (unit, middle))?;
+    let mut impacts = list_impacts(&solution, (unit, middle.into()))?;
+    let radii = solution.problem.discs().and_then(|block| block.discs.radii);
     impacts.retain(|impact| {
         let fault = impact.find_unusable(radii);
         left_out.extend(fault.iter().map(|fault| (impact.name.clone(), fault.to_string())));
@@ -114,7 +110,7 @@ pub(crate) fn measure_discs(dataset: &Dataset) -> Result<(Solution, Vec<DiscImpa
         return Err(FilmError::NoImpact(left_out));
     }
     find_doubts(&mut impacts);
-    Ok((Solution { unit, middle: middle.into(), findings, left_out, ..solution }, impacts))
+    Ok((Solution { unit, middle, findings, left_out, ..solution }, impacts))
 }
 
 impl DiscBlock {
@@ -224,7 +220,7 @@ fn list_impacts(solution: &Solution, film: (f64, Point)) -> Result<Vec<DiscImpac
         times.dedup();
         let ends = [f64::min, f64::max].map(|of| times.iter().map(|(_, time)| *time).reduce(of));
         Some(DiscImpact {
-            name: shot.name.clone(),
+            name: solution.names()[i].clone(),
             values,
             position_sd: block.variances(i).into_iter().fold(0.0, f64::max).sqrt(),
             misfit: block.misfit(i),

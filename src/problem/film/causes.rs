@@ -9,8 +9,7 @@ use crate::problem::evaluation::Evaluation;
 use crate::problem::findings::Finding;
 use crate::problem::minimise::{Descent, descend_with_noise, fit};
 use crate::problem::policy::POLICY;
-use crate::problem::problem::{Problem, State};
-use crate::problem::sums::Noise;
+use crate::problem::problem::{Prepared, Problem, State};
 use crate::problem::uncertainty::{Estimates, Suspect};
 use crate::problem::unknowns::{Id, Mode, Normal, Shared, Unknown};
 
@@ -166,21 +165,17 @@ pub(crate) fn widen_rate(problem: &Problem, at: &Evaluation, estimates: &Estimat
     Some(refit)
 }
 
-/// Returns the refit with the spins of all shots unknown, from the first guesses, if χ² decreases
+/// Returns the refit with the spins of all shots unknown, from the `first` guesses, if χ² decreases
 /// by enough for one more unknown per shot.
-pub(crate) fn spin_freely(
-    problem: &Problem,
-    at: &Evaluation,
-    (first, noise): (&State, [Noise; 2]),
-) -> Option<Refit> {
+pub(crate) fn spin_freely(problem: &Problem, at: &Evaluation, first: &Prepared) -> Option<Refit> {
     // a spin of its own for each shot would explain wrong shots that count less
     if problem.is_robust() || problem.film()?.shots.iter().all(|shot| shot.spin.is_unknown()) {
         return None;
     }
     let mut free = Problem { unknowns: of_unknown_spins(&problem.unknowns), ..problem.clone() };
-    let start = State { shared: Shared::starts(&free.unknowns), ..first.clone() };
+    let start = State { shared: Shared::starts(&free.unknowns), ..first.start.clone() };
     let film = free.film_mut()?;
-    film.noise = noise;
+    film.noise = first.problem.film()?.noise;
     for shot in Arc::make_mut(&mut film.shots) {
         shot.spin = ShotSpin::UNKNOWN;
     }

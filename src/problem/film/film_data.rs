@@ -21,10 +21,12 @@ use crate::measurement::dataset::{Dataset, Measured, Tracks};
 use crate::measurement::loss::Loss;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::numerics::median;
+use crate::problem::block::Block;
 use crate::problem::findings::Finding;
 use crate::problem::frames::Frame;
 use crate::problem::loss::ShotLoss;
 use crate::problem::policy::Choices;
+use crate::problem::problem::{Prepared, Problem, State};
 use crate::problem::sums::Noise;
 use crate::problem::unknowns::{Id, Own, Shared, Unknown};
 
@@ -33,22 +35,6 @@ use crate::problem::unknowns::{Id, Own, Shared, Unknown};
 pub(crate) const OTHER_UNIT: f64 = 0.1;
 
 const MOVING: &str = "the object ball was moving before the impact";
-
-/// A film of balls or of discs as a block, with its shared unknowns, first guesses, the names of
-/// its shots and what was found on the way.
-pub(crate) struct Film<B> {
-    pub(crate) block: B,
-    pub(crate) unknowns: Vec<Unknown>,
-    pub(crate) own: Vec<Own>,
-    pub(crate) names: Vec<String>,
-    /// Names and reasons of the others.
-    pub(crate) left_out: Vec<(String, String)>,
-    pub(crate) findings: Vec<Finding>,
-    /// Metres in a unit of length of the film.
-    pub(crate) unit: f64,
-    /// Middle of the impacts in the film, in its unit.
-    pub(crate) middle: Point,
-}
 
 /// Why a film cannot be fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -67,60 +53,60 @@ pub enum FilmError {
     Undetermined,
 }
 
-impl Film<FilmBlock> {
-    /// Returns the block of a data set's films.
-    ///
-    /// # Errors
-    /// See [`FilmError`].
-    pub fn new(dataset: &Dataset, choices: &Choices) -> Result<Self, FilmError> {
-        let tracks = dataset.tracks.as_ref().filter(|tracks| tracks.discs.is_none());
-        let tracks = tracks.filter(|tracks| !tracks.shots.is_empty()).ok_or(FilmError::NoFilm)?;
-        let model = choices.model(dataset);
-        let ball = model.ball;
-        let (shots, mut findings) = cleaned(tracks, ball.radius);
-        let mut left_out = tracks.left_out.clone();
-        let mut shots = guess_all(shots, tracks.from_balls, &mut left_out);
-        if shots.is_empty() {
-            return Err(FilmError::NoImpact(left_out));
-        }
-        let distance = ball.contact_distance(&model.object_ball());
-        let ratio = distance / median(shots.iter().map(|shot| shot.guess.relative(0)[0].norm()).collect());
-        let is_other = (ratio - 1.0).abs() > OTHER_UNIT;
-        let unit = if tracks.from_balls || is_other { ratio } else { 1.0 };
-        if unit != 1.0 {
-            findings.push(Finding::OtherUnit { factor: unit, stated: !tracks.from_balls });
-        }
-        findings.extend(refute_noise(&mut shots, unit));
-        let middle = shots.iter().map(Guessed::contact_middle).sum::<Point>() / shots.len() as f64;
-        let states_noise = shots.iter().all(|shot| shot.track.states_noise());
-        let sd = unit * median(shots.iter().map(|shot| frame_noise::noise(&shot.track)).collect());
-        let rho = shots[0].track.correlation;
-        let noise = Noise { sd: if states_noise { 1.0 } else { sd }, rho };
-        let names = shots.iter().map(|shot| shot.track.name.clone()).collect();
-        let read = |shot: &Guessed| shot.read(middle, unit, states_noise, ball.radius);
-        let (mut shots, mut own): (Vec<FilmedShot>, Vec<Own>) = shots.iter().map(read).unzip();
-        let mut unknowns = Unknown::list();
-        list_camera(&mut unknowns, tracks);
-        let camera = Camera::new(&Shared::starts(&unknowns));
-        let measured = shots.par_iter_mut().zip(&mut own);
-        measured.for_each(|(shot, own)| shot.measure_spins(own, camera, ball.radius));
-        let spins: Vec<ShotSpin> = shots.iter().map(|shot| shot.spin).collect();
-        let mut unknowns = list_unknowns(&dataset.settings_of_balls(), tracks, &spins);
-        if unit != 1.0 {
-            unknowns[Id::Scale as usize].prior = None;
-        }
-        let loss = choices.loss.unwrap_or(dataset.loss);
-        let block = FilmBlock {
-            shots: Arc::new(shots),
-            spreads: first_spreads(dataset.side_sd),
-            contact: Contact::new(&model, &unknowns),
-            noise: [noise; 2],
-            states_noise,
-            scatters: [false; SCATTERED.len()],
-            loss: (loss != Loss::Squares).then(|| ShotLoss::new(loss, Id::OFFSETS.len())),
-        };
-        Ok(Self { block, unknowns, own, names, left_out, findings, unit, middle })
+/// Returns the films of balls of a data set as a problem.
+///
+/// # Errors
+/// See [`FilmError`].
+pub(crate) fn prepare_film(dataset: &Dataset, choices: &Choices) -> Result<Prepared, FilmError> {
+    let tracks = dataset.tracks.as_ref().filter(|tracks| tracks.discs.is_none());
+    let tracks = tracks.filter(|tracks| !tracks.shots.is_empty()).ok_or(FilmError::NoFilm)?;
+    let model = choices.model(dataset);
+    let ball = model.ball;
+    let (shots, mut findings) = cleaned(tracks, ball.radius);
+    let mut left_out = tracks.left_out.clone();
+    let mut shots = guess_all(shots, tracks.from_balls, &mut left_out);
+    if shots.is_empty() {
+        return Err(FilmError::NoImpact(left_out));
     }
+    let distance = ball.contact_distance(&model.object_ball());
+    let ratio = distance / median(shots.iter().map(|shot| shot.guess.relative(0)[0].norm()).collect());
+    let is_other = (ratio - 1.0).abs() > OTHER_UNIT;
+    let unit = if tracks.from_balls || is_other { ratio } else { 1.0 };
+    if unit != 1.0 {
+        findings.push(Finding::OtherUnit { factor: unit, stated: !tracks.from_balls });
+    }
+    findings.extend(refute_noise(&mut shots, unit));
+    let middle = shots.iter().map(Guessed::contact_middle).sum::<Point>() / shots.len() as f64;
+    let states_noise = shots.iter().all(|shot| shot.track.states_noise());
+    let sd = unit * median(shots.iter().map(|shot| frame_noise::noise(&shot.track)).collect());
+    let rho = shots[0].track.correlation;
+    let noise = Noise { sd: if states_noise { 1.0 } else { sd }, rho };
+    let names: Vec<String> = shots.iter().map(|shot| shot.track.name.clone()).collect();
+    let read = |shot: &Guessed| shot.read(middle, unit, states_noise, ball.radius);
+    let (mut shots, mut own): (Vec<FilmedShot>, Vec<Own>) = shots.iter().map(read).unzip();
+    let mut unknowns = Unknown::list();
+    list_camera(&mut unknowns, tracks);
+    let camera = Camera::new(&Shared::starts(&unknowns));
+    let measured = shots.par_iter_mut().zip(&mut own);
+    measured.for_each(|(shot, own)| shot.measure_spins(own, camera, ball.radius));
+    let spins: Vec<ShotSpin> = shots.iter().map(|shot| shot.spin).collect();
+    let mut unknowns = list_unknowns(&dataset.settings_of_balls(), tracks, &spins);
+    if unit != 1.0 {
+        unknowns[Id::Scale as usize].prior = None;
+    }
+    let loss = choices.loss.unwrap_or(dataset.loss);
+    let block = FilmBlock {
+        shots: Arc::new(shots),
+        spreads: first_spreads(dataset.side_sd),
+        contact: Contact::new(&model, &unknowns),
+        noise: [noise; 2],
+        states_noise,
+        scatters: [false; SCATTERED.len()],
+        loss: (loss != Loss::Squares).then(|| ShotLoss::new(loss, Id::OFFSETS.len())),
+    };
+    let start = State { own: vec![own], shared: Shared::starts(&unknowns) };
+    let problem = Problem::of_one(Block::Film(block), names, unknowns);
+    Ok(Prepared { problem, start, findings, left_out, unit, middle: middle.into() })
 }
 
 /// A shot that can be fitted.

@@ -196,7 +196,7 @@ impl Solution {
     /// their errors include those of what all shots share.
     pub(crate) fn own_estimates(&self, from: [f64; 2]) -> Vec<Vec<OwnEstimate>> {
         let reduced = self.at.reduced();
-        let shots = (0..self.names.first().map_or(0, Vec::len)).into_par_iter();
+        let shots = (0..self.names().len()).into_par_iter();
         let estimate = |i: usize| self.own_estimates_of(i, from, reduced?);
         shots.map(|i| estimate(i).unwrap_or_default()).collect()
     }

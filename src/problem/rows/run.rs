@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::DVector;
 
 use super::shot::{Row, RowsError};
-use super::table::{Table, list_noises};
+use super::table::{list_noises, prepare_table, split_noise};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
 use crate::numerics::EXACT;
@@ -16,10 +16,10 @@ use crate::problem::film::causes::{self, Refit};
 use crate::problem::findings::Finding;
 use crate::problem::intervals::{FitEnd, determine, errors_as_free};
 use crate::problem::minimise::{
-    Descent, ENOUGH_SHOTS, MAX_STEPS, descend, descend_from_grid, descend_with_noise,
+    Descent, ENOUGH_SHOTS, MAX_STEPS, descend, descend_from_grid, descend_with_noise, fit,
 };
 use crate::problem::policy::{Choices, POLICY, STALL};
-use crate::problem::problem::{Problem, State};
+use crate::problem::problem::{Prepared, Problem, State};
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::{Estimates, robust_covariance};
 use crate::problem::unknowns::{Id, Mode};
@@ -32,27 +32,27 @@ const BESIDE: f64 = 1e-9;
 /// # Errors
 /// See [`RowsError`].
 pub(crate) fn fit_rows(dataset: &Dataset, choices: &Choices) -> Result<FitEnd, RowsError> {
-    let mut table = Table::new(dataset, choices)?;
-    let mut descent = table.fit()?;
+    let mut table = prepare_table(dataset, choices)?;
+    let mut descent = fit(&mut table.problem, &table.start).ok_or(RowsError::NoStart)?;
     let keep = judge_rows(&table.problem, &descent.end.state);
     if keep.contains(&false) {
         table.leave_out(&keep);
-        descent = table.fit()?;
+        descent = fit(&mut table.problem, &table.start).ok_or(RowsError::NoStart)?;
     }
-    if table.split_noise(&descent.end) {
+    if split_noise(&mut table.problem, &descent.end) {
         descent = descend_with_noise(&mut table.problem, descent.end.state);
     }
     let is_auto = choices.fidelity.is_none();
     let how = (is_auto, dataset.settings.compliance);
     let effects = choose_effects(&mut table.problem, &mut descent, how);
     table.findings.extend(effects);
-    if let Some(explained) = explain(&table, &descent.end).filter(|_| is_auto) {
+    if let Some(explained) = explain(&table.problem, &descent.end).filter(|_| is_auto) {
         table.findings.extend(explained.finding);
         (table.problem, descent) = (explained.problem, explained.descent);
     }
     let mut others = Vec::new();
     // many shots show one minimum, which the first search has found
-    let are_few = table.names.len() <= ENOUGH_SHOTS;
+    let are_few = table.start.own[0].len() <= ENOUGH_SHOTS;
     if are_few && !(choices.without_profiles && descent.converged) {
         others = descend_from_grid(&table.problem, &descent.end.state, &table.problem.free(), MAX_STEPS);
         if let Some(lower) = others.first().filter(|least| least.cost < descent.end.cost - STALL) {
@@ -109,18 +109,17 @@ fn integrate_spins(problem: &Problem, at: &Evaluation) -> Option<Evaluation> {
 }
 
 /// Computes what is known at a minimum, besides the ends of descents from elsewhere.
-fn finish(table: Table, (descent, others): (Descent, Vec<Evaluation>), choices: &Choices) -> FitEnd {
-    let Table { problem, names, left_out, findings } = table;
+fn finish(table: Prepared, (descent, others): (Descent, Vec<Evaluation>), choices: &Choices) -> FitEnd {
+    let Prepared { problem, start, left_out, findings, .. } = table;
     let (mut covariance, undetermined) = determine(&problem, &descent.end);
     let noises = list_noises(&problem, &descent.end, &covariance);
     let is_robust = problem.is_robust();
     let mut dof = (!noises.is_empty()).then(|| noises.iter().map(|noise| noise.dof).sum::<f64>());
     if let Some(scattered) = robust_covariance(&problem, &descent.end, &covariance) {
         covariance.covariance = scattered;
-        dof = Some((names.len() as f64 - covariance.columns.len() as f64).max(1.0));
+        dof = Some((start.own[0].len() as f64 - covariance.columns.len() as f64).max(1.0));
     }
-    let mut solution =
-        Solution { findings, left_out, ..Solution::new(problem, descent, covariance, vec![names]) };
+    let mut solution = Solution { findings, left_out, ..Solution::new(problem, descent, covariance) };
     let refuted = refutes(solution.at.cost, solution.dof() as f64);
     let refuted = refuted.filter(|_| noises.is_empty() && !is_robust);
     if let Some(ratio) = refuted {
@@ -141,8 +140,8 @@ fn finish(table: Table, (descent, others): (Descent, Vec<Evaluation>), choices: 
 
 /// Returns the refit with what explains residuals that the stated errors do not: another ratio of
 /// the masses, or a friction or restitution that decreases with speed.
-fn explain(table: &Table, at: &Evaluation) -> Option<Refit> {
-    let mut wider = table.problem.clone();
+fn explain(problem: &Problem, at: &Evaluation) -> Option<Refit> {
+    let mut wider = problem.clone();
     let rows = wider.rows()?;
     let estimates = Estimates::new(&wider, at)?;
     let chance = tail(at.cost, rows.count_numbers() as f64 - estimates.count_without_prior(&wider) as f64);

@@ -17,11 +17,9 @@ use crate::problem::film::dual::gradient;
 use crate::problem::film::impact::Contact;
 use crate::problem::film::own::MOVING;
 use crate::problem::film::priors::list_contact;
-use crate::problem::findings::Finding;
-use crate::problem::minimise::{Descent, fit};
 use crate::problem::noise::MIN_DOF_OF_NOISE;
 use crate::problem::policy::{Choices, POLICY};
-use crate::problem::problem::{Problem, Sample, State, split_names};
+use crate::problem::problem::{Prepared, Problem, Sample, State};
 use crate::problem::sums::{Noise, NoiseSums};
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
@@ -39,134 +37,98 @@ const UNKNOWN_NOISE: f64 = 1e-3;
 /// Degrees of freedom of a variance from which on Bartlett's test holds.
 const MIN_DOF_OF_BARTLETT: f64 = 3.0;
 
-/// A table as a problem.
-pub(crate) struct Table {
-    pub(crate) problem: Problem,
-    /// Names of the shots that are fitted.
-    pub(crate) names: Vec<String>,
-    /// Names and reasons of the others.
-    pub(crate) left_out: Vec<(String, String)>,
-    pub(crate) findings: Vec<Finding>,
+/// Returns the shots of a table as a problem.
+///
+/// # Errors
+/// See [`RowsError`].
+pub(crate) fn prepare_table(dataset: &Dataset, choices: &Choices) -> Result<Prepared, RowsError> {
+    let settings = dataset.settings_of_balls();
+    let mut unknowns = Unknown::list();
+    list_contact(&mut unknowns, &settings);
+    for unknown in unknowns.iter_mut().filter(|unknown| unknown.mode == Mode::Tested) {
+        unknown.mode = Mode::Fixed;
+    }
+    // what an integrated fidelity differs by is an offset of each shot
+    let contact = Contact::new(&choices.model(dataset), &unknowns);
+    let usual = Shared::starts(&unknowns);
+    let (mut rows, mut used) = (Vec::new(), Vec::new());
+    let mut left_out = dataset.left_out.clone();
+    for shot in &dataset.shots {
+        let made = RowShot::new(shot, dataset, settings.falls || settings.e_falls).and_then(|made| {
+            made.differences(&Own::zeros(MOVING), &usual, &contact)?;
+            Ok(made)
+        });
+        match made {
+            Ok(made) => {
+                rows.push(made);
+                used.push(shot);
+            }
+            Err(why) => left_out.push((shot.name.clone(), why.to_string())),
+        }
+    }
+    if rows.is_empty() {
+        return Err(RowsError::NoShot { left_out });
+    }
+    check_noise(&rows, &used)?;
+    let loss = choices.loss.unwrap_or(dataset.loss);
+    let mut block = RowsBlock::new(rows, &contact, &unknowns, loss);
+    block.group_noises(|_| false);
+    let names: Vec<String> = used.iter().map(|shot| shot.name.clone()).collect();
+    // the measured inputs
+    let start = State { own: vec![vec![Own::zeros(MOVING); names.len()]], shared: usual };
+    let mut problem = Problem::of_one(Block::Rows(block), names, unknowns);
+    let at = problem.evaluate(start.clone());
+    let is_informed = |id: &Id| at.slopes_by(*id as usize);
+    let free = problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free);
+    let without_prior = free.filter(|unknown| unknown.prior.is_none()).map(|unknown| unknown.id);
+    let unknowns: Vec<Id> = without_prior.filter(is_informed).collect();
+    let numbers = problem.rows().map_or(0, RowsBlock::count_numbers);
+    if numbers < unknowns.len() {
+        return Err(RowsError::TooFewNumbers { numbers, unknowns });
+    }
+    if let Some(rows) = problem.rows_mut() {
+        rows.guess_noise(&at.noises(0));
+    }
+    Ok(Prepared { problem, start, findings: Vec::new(), left_out, unit: 1.0, middle: [0.0; 2] })
 }
 
-impl Table {
-    pub fn new(dataset: &Dataset, choices: &Choices) -> Result<Self, RowsError> {
-        let settings = dataset.settings_of_balls();
-        let mut unknowns = Unknown::list();
-        list_contact(&mut unknowns, &settings);
-        for unknown in unknowns.iter_mut().filter(|unknown| unknown.mode == Mode::Tested) {
-            unknown.mode = Mode::Fixed;
-        }
-        // what an integrated fidelity differs by is an offset of each shot
-        let contact = Contact::new(&choices.model(dataset), &unknowns);
-        let usual = Shared::starts(&unknowns);
-        let (mut rows, mut used) = (Vec::new(), Vec::new());
-        let mut left_out = dataset.left_out.clone();
-        for shot in &dataset.shots {
-            let made = RowShot::new(shot, dataset, settings.falls || settings.e_falls).and_then(|made| {
-                made.differences(&Own::zeros(MOVING), &usual, &contact)?;
-                Ok(made)
-            });
-            match made {
-                Ok(made) => {
-                    rows.push(made);
-                    used.push(shot);
-                }
-                Err(why) => left_out.push((shot.name.clone(), why.to_string())),
-            }
-        }
-        if rows.is_empty() {
-            return Err(RowsError::NoShot { left_out });
-        }
-        check_noise(&rows, &used)?;
-        let loss = choices.loss.unwrap_or(dataset.loss);
-        let mut block = RowsBlock::new(rows, &contact, &unknowns, loss);
-        block.group_noises(|_| false);
-        let problem = Problem::of_one(Block::Rows(block), unknowns);
-        let names = used.iter().map(|shot| shot.name.clone()).collect();
-        let mut table = Self { problem, names, left_out, findings: Vec::new() };
-        let at = table.problem.evaluate(table.start());
-        let is_informed = |id: &Id| at.slopes_by(*id as usize);
-        let free = table.problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free);
-        let without_prior = free.filter(|unknown| unknown.prior.is_none()).map(|unknown| unknown.id);
-        let unknowns: Vec<Id> = without_prior.filter(is_informed).collect();
-        let numbers = table.problem.rows().map_or(0, RowsBlock::count_numbers);
-        if numbers < unknowns.len() {
-            return Err(RowsError::TooFewNumbers { numbers, unknowns });
-        }
-        table.guess_noise(&at);
-        Ok(table)
+/// Gives the observables of a unit noises of their own if their variances differ by more than
+/// by chance; returns whether one has changed.
+pub(crate) fn split_noise(problem: &mut Problem, at: &Evaluation) -> bool {
+    let mut split = problem.clone();
+    let (Some(rows), Some(of_split)) = (problem.rows_mut(), split.rows_mut()) else { return false };
+    of_split.group_noises(|_| true);
+    // how far inputs err is not tested
+    for input in Arc::make_mut(&mut of_split.shots).iter_mut().flat_map(|shot| &mut shot.inputs) {
+        let estimated = input.noise.take().map(|noise| of_split.noises[noise].sd);
+        input.measured.sd = estimated.or(input.measured.sd);
     }
-
-    /// Returns the measured inputs and initial values of the unknowns.
-    pub fn start(&self) -> State {
-        let shared = Shared::starts(&self.problem.unknowns);
-        State { own: vec![vec![Own::zeros(MOVING); self.names.len()]], shared }
+    let at = split.evaluate(at.state.clone());
+    let Some(estimates) = Estimates::new(&split, &at) else { return false };
+    let found = list_noises(&split, &at, &estimates);
+    let is_unequal = |(pool, noise): &(&Pool, &Noise)| {
+        // noise is at least what rounding hides
+        let least = (pool.rounding / noise.sd).powi(2);
+        let own = found.iter().filter(|found| pool.observables.contains(&found.pool.observables[0]));
+        let own = own.map(|found| (found.square.max(found.dof * least), found.dof));
+        let own: Vec<(f64, f64)> = own.filter(|(_, dof)| *dof >= MIN_DOF_OF_BARTLETT).collect();
+        compare_variances(&own).is_some_and(|p| p < POLICY.improbable)
+    };
+    let unequal = rows.pools.iter().zip(&rows.noises).filter(is_unequal);
+    let unequal: Vec<Observable> = unequal.flat_map(|(pool, _)| pool.observables.clone()).collect();
+    if unequal.is_empty() {
+        return false;
     }
-
-    /// Minimises.
-    pub fn fit(&mut self) -> Result<Descent, RowsError> {
-        let start = self.start();
-        fit(&mut self.problem, &start).ok_or(RowsError::NoStart)
-    }
-
-    /// Sets the noises to a part of the first residuals.
-    fn guess_noise(&mut self, at: &Evaluation) {
-        let sums = at.noises(0);
-        let Some(rows) = self.problem.rows_mut() else { return };
-        for ((sum, pool), noise) in sums.iter().zip(&mut rows.pools).zip(&mut rows.noises) {
-            let rms = (sum.weighted / sum.count.max(1.0)).sqrt();
-            let first = if rms > MIN_NOISE_PART && rms.is_finite() { rms } else { UNKNOWN_NOISE };
-            pool.exact = MIN_NOISE_PART * first;
-            noise.sd = pool.least().max(FIRST_NOISE * first);
-        }
-    }
-
-    /// Gives the observables of a unit noises of their own if their variances differ by more than
-    /// by chance; returns whether one has changed.
-    pub(crate) fn split_noise(&mut self, at: &Evaluation) -> bool {
-        let mut split = self.problem.clone();
-        let (Some(rows), Some(of_split)) = (self.problem.rows_mut(), split.rows_mut()) else { return false };
-        of_split.group_noises(|_| true);
-        // how far inputs err is not tested
-        for input in Arc::make_mut(&mut of_split.shots).iter_mut().flat_map(|shot| &mut shot.inputs) {
-            let estimated = input.noise.take().map(|noise| of_split.noises[noise].sd);
-            input.measured.sd = estimated.or(input.measured.sd);
-        }
-        let at = split.evaluate(at.state.clone());
-        let Some(estimates) = Estimates::new(&split, &at) else { return false };
-        let found = list_noises(&split, &at, &estimates);
-        let is_unequal = |(pool, noise): &(&Pool, &Noise)| {
-            // noise is at least what rounding hides
-            let least = (pool.rounding / noise.sd).powi(2);
-            let own = found.iter().filter(|found| pool.observables.contains(&found.pool.observables[0]));
-            let own = own.map(|found| (found.square.max(found.dof * least), found.dof));
-            let own: Vec<(f64, f64)> = own.filter(|(_, dof)| *dof >= MIN_DOF_OF_BARTLETT).collect();
-            compare_variances(&own).is_some_and(|p| p < POLICY.improbable)
+    rows.group_noises(|observable| unequal.contains(observable));
+    for (pool, noise) in rows.pools.iter().zip(&mut rows.noises) {
+        let alone = |found: &&TableNoise| {
+            found.dof >= MIN_DOF_OF_BARTLETT && found.pool.observables == pool.observables
         };
-        let unequal = rows.pools.iter().zip(&rows.noises).filter(is_unequal);
-        let unequal: Vec<Observable> = unequal.flat_map(|(pool, _)| pool.observables.clone()).collect();
-        if unequal.is_empty() {
-            return false;
-        }
-        rows.group_noises(|observable| unequal.contains(observable));
-        for (pool, noise) in rows.pools.iter().zip(&mut rows.noises) {
-            let alone = |found: &&TableNoise| {
-                found.dof >= MIN_DOF_OF_BARTLETT && found.pool.observables == pool.observables
-            };
-            let growth = found.iter().find(alone).map_or(1.0, |found| found.square / found.dof);
-            noise.sd = (noise.sd * growth.sqrt()).max(pool.least());
-        }
-        rows.join_inputs();
-        true
+        let growth = found.iter().find(alone).map_or(1.0, |found| found.square / found.dof);
+        noise.sd = (noise.sd * growth.sqrt()).max(pool.least());
     }
-
-    /// Leaves out the shots for which `keep` is false, and says so.
-    pub(crate) fn leave_out(&mut self, keep: &[bool]) {
-        let mut state = self.start();
-        self.problem.retain(0, &mut state, keep);
-        self.findings.push(Finding::LostShots { names: split_names(&mut self.names, keep) });
-    }
+    rows.join_inputs();
+    true
 }
 
 /// Checks that the errors of each column are stated everywhere or nowhere.
@@ -187,6 +149,16 @@ fn check_noise(rows: &[RowShot], shots: &[&Shot]) -> Result<(), RowsError> {
 }
 
 impl RowsBlock {
+    /// Sets the noises to a part of the first residuals.
+    fn guess_noise(&mut self, sums: &[NoiseSums]) {
+        for ((sum, pool), noise) in sums.iter().zip(&mut self.pools).zip(&mut self.noises) {
+            let rms = (sum.weighted / sum.count.max(1.0)).sqrt();
+            let first = if rms > MIN_NOISE_PART && rms.is_finite() { rms } else { UNKNOWN_NOISE };
+            pool.exact = MIN_NOISE_PART * first;
+            noise.sd = pool.least().max(FIRST_NOISE * first);
+        }
+    }
+
     /// Gives the numbers without stated errors one noise for each unit, or of split observables one
     /// for each, as large as their noise was.
     fn group_noises(&mut self, is_split: impl Fn(&Observable) -> bool) {

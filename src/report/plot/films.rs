@@ -61,7 +61,7 @@ pub(in crate::report) fn all_shots(name: &str, film: &FittedFilm) -> Figure {
     /// cover each other.
     const MOST_SHOTS: usize = 60;
     const MOST_FRAMES: usize = 20;
-    let names = &film.solution.names[0];
+    let names = film.solution.names();
     let each = names.len().div_ceil(MOST_SHOTS).max(1);
     let shots: Vec<&Impact> = names.iter().step_by(each).filter_map(|name| film.impact(name)).collect();
     let mut panel = seen_from_above("", "");
