@@ -4,9 +4,10 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::eliminated::Eliminated;
 use super::problem::{Problem, State};
 use super::sums::{Contribution, NoiseSums, ShotSums};
 use super::unknowns::{Mode, Own, SHARED};
@@ -23,49 +24,6 @@ pub(crate) struct Evaluation {
     slopes: DVector<f64>,
     /// `None` if a shot does not determine one of its own unknowns.
     reduced: Option<Arc<Reduced>>,
-}
-
-/// Own unknowns of a shot after elimination, without those that are held.
-pub(crate) struct Eliminated {
-    /// Their places among all.
-    pub(crate) places: Vec<usize>,
-    /// Number of all.
-    pub(crate) count: usize,
-    /// Their response to the shared unknowns that are free, and in the last column to the residuals.
-    response: DMatrix<f64>,
-    /// Factor of their normal matrix.
-    factor: Cholesky<f64, Dyn>,
-}
-
-impl Eliminated {
-    /// Returns their variances at given shared unknowns.
-    pub(crate) fn variances(&self) -> DVector<f64> {
-        self.factor.inverse().diagonal()
-    }
-
-    /// Returns the own unknowns of least χ² with one held at its bound b: x + C₁(b − x₁)/C₁₁ with
-    /// their covariance C. `free`: those of least χ² without bounds, x; `bounded`: the same, cut off
-    /// at their bounds.
-    fn follow(&self, mut free: Own, bounded: Own) -> Own {
-        let is_cut_off = |place: &usize| free[*place] != bounded[*place];
-        let Some(at) = self.places.iter().position(is_cut_off) else { return bounded };
-        let place = self.places[at];
-        let mut unit = DVector::zeros(self.places.len());
-        unit[at] = 1.0;
-        let covariance = self.factor.solve(&unit);
-        let by = (bounded[place] - free[place]) / covariance[at];
-        for (place, covariance) in self.places.iter().zip(&covariance) {
-            free[*place] += by * covariance;
-        }
-        free[place] = bounded[place];
-        free
-    }
-
-    /// Returns the variance at given shared unknowns of a number with these derivatives.
-    pub(crate) fn variance(&self, by: &DVector<f64>) -> f64 {
-        let by = by.select_rows(&self.places);
-        by.dot(&self.factor.solve(&by))
-    }
 }
 
 /// Most batches that the shots of a sample are added up in, and least number of shots of one. Batches
@@ -91,20 +49,9 @@ impl Batch {
         let whole = DMatrix::zeros(width, width);
         let mut batch = Self { shots: Vec::new(), own: Vec::new(), reduced: whole.clone(), whole };
         for shot in contributions {
-            let first = shot.sums.held.len();
-            let shared = shot.products.view((first, first), (width, width));
-            batch.whole += shared;
-            batch.reduced += shared;
-            let (matrix, beside) = shot.own_system();
-            let places: Vec<usize> = (0..first).filter(|place| !shot.sums.held[*place]).collect();
-            let matrix = matrix.select_rows(&places).select_columns(&places);
-            let eliminated = matrix.cholesky().map(|factor| {
-                let beside = beside.select_rows(&places);
-                let response = factor.solve(&beside);
-                batch.reduced.gemm(-1.0, &beside.transpose(), &response, 1.0);
-                Eliminated { places, count: first, response: response.select_columns(kept), factor }
-            });
-            batch.own.push(eliminated);
+            batch.whole += shot.shared_products();
+            batch.reduced += shot.shared_products();
+            batch.own.push(shot.eliminate(&mut batch.reduced, kept));
             batch.shots.push(shot.sums);
         }
         batch

@@ -12,7 +12,7 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
-//! | `unknowns`, `sums` | shared unknowns, and what a shot adds to the normal equations |
+//! | `unknowns`, `sums`, `eliminated` | shared unknowns, and what a shot adds to the normal equations |
 //! | `block`, `discs`, `film`, `rows`, `frames` | measurements: forward models and derivatives |
 //! | `problem`, `minimise`, `noise` | normal equations, descents and their starts, noise |
 //! | `effects` | compliance, weight and cloth, adopted if they make the data likelier |
@@ -25,6 +25,7 @@ mod block;
 mod copies;
 mod discs;
 mod effects;
+mod eliminated;
 mod evaluation;
 mod false_shots;
 mod film;

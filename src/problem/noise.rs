@@ -5,7 +5,8 @@
 use std::ops::Range;
 
 use super::block::Block;
-use super::evaluation::{Eliminated, Evaluation, Reduced};
+use super::eliminated::Eliminated;
+use super::evaluation::{Evaluation, Reduced};
 use super::problem::{Problem, Sample};
 use super::sums::{Noise, NoiseSums, Scattered, ShotSums};
 use super::uncertainty::Estimates;

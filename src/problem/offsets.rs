@@ -2,25 +2,16 @@
 //! what the frames of the shot show. They are the residuals of a fit in the terms of the impact,
 //! and how they change with speed, cut or spin tests the model.
 
-use nalgebra::{DMatrix, DVector, Matrix2, Matrix4, Vector2, Vector4, matrix};
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2, dmatrix};
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
+use super::eliminated::Offsets;
 use super::film::shots::VELOCITIES;
 use super::rows::prediction::Deviations;
 use super::solution::Solution;
-use super::sums::Contribution;
 use super::uncertainty::OWN_PART;
 use super::unknowns::Id;
-
-/// Velocities after the impact less the model's: of the cue ball along and across the line of
-/// centres, and of the object ball, m/s.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Offsets {
-    pub(crate) values: Vector4<f64>,
-    /// Its covariance, the shared unknowns as they are.
-    pub(crate) covariance: Matrix4<f64>,
-}
 
 /// How offsets change with a variable.
 #[derive(Clone, Copy, Debug)]
@@ -45,23 +36,11 @@ pub(crate) struct ShiftScore {
     pub(crate) beside: DVector<f64>,
 }
 
-impl Offsets {
-    /// Returns the offsets of a shot; `None` if its numbers do not determine them.
-    fn of(shot: &Contribution) -> Option<Self> {
-        let (information, gradient) = shot.reduced(&Id::OFFSETS)?;
-        let covariance = information.cholesky()?.inverse();
-        let values = -(&covariance * gradient);
-        let covariance = Matrix4::from_fn(|a, b| covariance[(a, b)]);
-        let is_finite = covariance.iter().all(|c| c.is_finite());
-        is_finite.then_some(Self { values: Vector4::from_fn(|a, _| values[a]), covariance })
-    }
-}
-
 impl Solution {
-    /// Returns the outcome offsets of shot `i` of a sample; `None` if its frames do not determine
-    /// them.
-    pub(crate) fn offsets(&self, sample: usize, i: usize) -> Option<Offsets> {
-        Offsets::of(&self.problem.contribute(self.state(), (sample, i)))
+    /// Returns the outcome offsets of shot `i` of the first sample; `None` if its frames do not
+    /// determine them.
+    pub(crate) fn offsets(&self, i: usize) -> Option<Offsets> {
+        self.problem.contribute(self.state(), (0, i)).offsets()
     }
 
     /// Returns the deviations of each shot of the only sample, a table or a film of balls.
@@ -80,23 +59,24 @@ impl Solution {
     fn deviations_of_film(&self, i: usize) -> Option<Deviations> {
         let motion = self.motion(i)?;
         let contribution = self.problem.contribute(self.state(), (0, i));
-        let Offsets { values, covariance } = Offsets::of(&contribution)?;
+        let Offsets { values, covariance, .. } = contribution.offsets()?;
         let (sin, cos) = motion.direction.sin_cos();
-        let turn = matrix![cos, -sin, 0.0, 0.0; sin, cos, 0.0, 0.0; 0.0, 0.0, cos, -sin; 0.0, 0.0, sin, cos];
+        let turn = dmatrix![cos, -sin, 0.0, 0.0; sin, cos, 0.0, 0.0; 0.0, 0.0, cos, -sin; 0.0, 0.0, sin, cos];
         let ids = [self.determined(), Id::OFFSETS.to_vec()].concat();
         let shared = ids.len() - Id::OFFSETS.len();
         let (information, _) = contribution.reduced(&ids)?;
-        let beside = turn * covariance * information.view((shared, 0), (Id::OFFSETS.len(), shared));
+        let beside = &turn * &covariance * information.view((shared, 0), (Id::OFFSETS.len(), shared));
         let mut by = DMatrix::zeros(Id::OFFSETS.len(), Id::ALL.len());
         for (place, id) in ids[..shared].iter().enumerate() {
             by.set_column(*id as usize, &beside.column(place));
         }
-        let values = turn * values;
+        let values = &turn * values;
+        let after = &turn * DVector::from_row_slice(&motion.after);
         Some(Deviations {
             observables: VELOCITIES.to_vec(),
-            measured: (turn * Vector4::from(motion.after) + values).iter().copied().collect(),
-            values: DVector::from_column_slice(values.as_slice()),
-            covariance: DMatrix::from_column_slice(4, 4, (turn * covariance * turn.transpose()).as_slice()),
+            measured: (after + &values).as_slice().to_vec(),
+            values,
+            covariance: &turn * covariance * turn.transpose(),
             by,
             normal: [cos, sin],
             cut: motion.cut,

@@ -6,7 +6,6 @@ use rayon::prelude::*;
 
 use super::effects::choose_effects;
 use super::false_shots::{Squares, judge, tail};
-use super::film::block;
 use super::film::causes::{self, Refit};
 use super::film::film_data::{FilmError, prepare_film};
 use super::film::outliers::{self, leave_out_frames, squares};
@@ -246,7 +245,7 @@ impl Run {
     /// its frames do not determine it.
     fn distances(&self) -> Vec<Option<f64>> {
         let state = &self.descent.end.state;
-        let distance = |i: usize| block::distance(&self.problem.contribute(state, (0, i)));
+        let distance = |i: usize| Some(self.problem.contribute(state, (0, i)).offsets()?.distance);
         (0..self.count_shots()).into_par_iter().map(distance).collect()
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::loss::ShotLoss;
-use super::unknowns::{Id, Normal};
+use super::unknowns::Normal;
 use crate::numerics::EXACT;
 
 /// Errors of measured numbers: each keeps the part `rho` of the error of the number before it.
@@ -290,51 +290,5 @@ impl Contribution {
             let product = self.products[(from.min(other), from.max(other))];
             self.products[(to.min(place), to.max(place))] = product;
         }
-    }
-
-    /// Returns the normal matrix of the own unknowns and the columns beside it. Held unknowns are
-    /// decoupled.
-    pub(crate) fn own_system(&self) -> (DMatrix<f64>, DMatrix<f64>) {
-        let (matrix, _) = self.system(&[]);
-        let first = self.sums.held.len();
-        let beside = DMatrix::from_fn(first, self.shared() + 1, |i, j| {
-            if self.sums.held[i] { 0.0 } else { self.products[(i, first + j)] }
-        });
-        (matrix, beside)
-    }
-
-    /// Returns the normal matrix and the gradient of the own unknowns and some shared ones of the
-    /// sample. Held unknowns are decoupled.
-    pub fn system(&self, ids: &[Id]) -> (DMatrix<f64>, DVector<f64>) {
-        let first = self.sums.held.len();
-        let n = first + ids.len();
-        let place = |i: usize| if i < first { i } else { first + ids[i - first] as usize };
-        let is_held = |i: usize| i < first && self.sums.held[i];
-        let matrix = DMatrix::from_fn(n, n, |i, j| {
-            let (a, b) = (place(i).min(place(j)), place(i).max(place(j)));
-            if is_held(i) || is_held(j) { f64::from(i == j) } else { self.products[(a, b)] }
-        });
-        let gradient = DVector::from_fn(n, |i, _| if is_held(i) { 0.0 } else { self.slope(place(i)) });
-        (matrix, gradient)
-    }
-
-    /// Returns the shot's part of the normal matrix and gradient of the shared unknowns `ids` of
-    /// its sample, after elimination of its own.
-    pub fn reduced(&self, ids: &[Id]) -> Option<(DMatrix<f64>, DVector<f64>)> {
-        let first = self.sums.held.len();
-        let (matrix, beside) = self.own_system();
-        let response = matrix.cholesky()?.solve(&beside);
-        let shared = self.shared();
-        let products =
-            self.products.view((first, first), (shared + 1, shared + 1)) - beside.tr_mul(&response);
-        let product = |a: Option<usize>, b: Option<usize>| match (a, b) {
-            (Some(a), Some(b)) => products[(a.min(b), a.max(b))],
-            _ => 0.0,
-        };
-        let place = |i: usize| Some(ids[i] as usize).filter(|place| *place < shared);
-        Some((
-            DMatrix::from_fn(ids.len(), ids.len(), |i, j| product(place(i), place(j))),
-            DVector::from_fn(ids.len(), |i, _| product(place(i), Some(shared))),
-        ))
     }
 }

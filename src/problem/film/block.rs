@@ -124,9 +124,9 @@ impl ShotAt<'_> {
         let is_at_corner = self.shot.spin.is_at_corner(self.own);
         let mut sums = if is_at_corner { self.add_up_beside_corner() } else { self.add_up() };
         if let Some(loss) = self.film.loss
-            && let Some(distance) = distance(&sums)
+            && let Some(offsets) = sums.offsets()
         {
-            sums.weigh(loss, distance);
+            sums.weigh(loss, offsets.distance);
         }
         sums
     }
@@ -290,14 +290,6 @@ impl ShotAt<'_> {
         let inertia = if is_same { ROUGH } else { 0.0 };
         Judged { spin: *spin, own: settled.own, cost: settled.sums.sums.cost - bonus - inertia }
     }
-}
-
-/// Returns how far outcome offsets are from 0 in their standard deviations; `None` if the frames do
-/// not determine them.
-pub(crate) fn distance(sums: &Contribution) -> Option<f64> {
-    let (information, gradient) = sums.reduced(&Id::OFFSETS)?;
-    let square = gradient.dot(&information.cholesky()?.solve(&gradient));
-    square.is_finite().then(|| square.max(0.0).sqrt())
 }
 
 impl SideSpin {

@@ -85,7 +85,7 @@ pub(crate) fn information(
     let made: Vec<(FilmedShot, Own)> = made.collect::<Result<_, _>>()?;
     // the variances of own unknowns if all others are known
     let variances = |(shot, own): &(FilmedShot, Own)| {
-        let (products, _) = ShotAt { film: &film, shot, own, shared }.contribute().own_system();
+        let (products, _) = ShotAt { film: &film, shot, own, shared }.contribute().system(&[]);
         Some(products.cholesky()?.inverse().diagonal())
     };
     let variances: Vec<Option<Own>> = made.par_iter().map(variances).collect();
