@@ -55,9 +55,11 @@ pub(crate) fn explain(problem: &Problem, at: &Evaluation, estimates: &Estimates)
     suspects.retain(is_likely);
     suspects.sort_by(|a, b| rank(b).total_cmp(&rank(a)));
     let suspects = suspects.into_iter().take(MAX_SUSPECTS);
-    let mut all: Vec<Freed> = suspects.filter_map(|suspect| let_in(problem, at, suspect)).collect();
-    all.sort_by(|a, b| b.fall.total_cmp(&a.fall));
-    all.into_iter().find_map(|freed| freed.named())
+    let mut all: Vec<(Refit, &Unknown)> = suspects
+        .filter_map(|suspect| Some((let_in(problem, at, suspect)?, problem.unknown(suspect.id))))
+        .collect();
+    all.sort_by(|(a, _), (b, _)| b.fall.total_cmp(&a.fall));
+    all.into_iter().find_map(|(freed, before)| freed.named(before))
 }
 
 /// Returns the decrease of χ² that names an unknown.
@@ -65,21 +67,10 @@ fn threshold(unknown: &Unknown) -> f64 {
     if unknown.mode == Mode::Tested { POLICY.cause } else { POLICY.conflict.powi(2) }
 }
 
-/// The least χ² with a suspect free and without its prior.
-struct Freed {
-    /// The suspect as it was before.
-    before: Unknown,
-    problem: Problem,
-    state: State,
-    /// Decrease of χ².
-    fall: f64,
-}
-
-/// Returns the least χ² with a suspect free and without its prior, if χ² decreases by enough.
-fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect) -> Option<Freed> {
+/// Returns the refit with a suspect free and without its prior, if χ² decreases by enough.
+fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect) -> Option<Refit> {
     let id = suspect.id;
     let mut wider = problem.clone();
-    let before = *wider.unknown(id);
     let unknown = wider.unknown_mut(id);
     (unknown.mode, unknown.prior) = (Mode::Free, None);
     wider.refresh_contact();
@@ -89,25 +80,25 @@ fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect) -> Option<Freed>
         values.extend(FRAME_RATES);
     }
     // the first start serves if χ² decreases as its score promises
-    let (mut cost, mut state) = descend_from(&wider, &at.state, id, &values[..1])?;
-    if id == Id::Rate || at.cost - cost < PROMISED * suspect.size.powi(2) {
+    let mut descent = descend_from(&wider, &at.state, id, &values[..1])?;
+    if id == Id::Rate || at.cost - descent.end.cost < PROMISED * suspect.size.powi(2) {
         let other = descend_from(&wider, &at.state, id, &values[1..])?;
-        if other.0 < cost {
-            (cost, state) = other;
+        if other.end.cost < descent.end.cost {
+            descent = other;
         }
     }
-    let fall = at.cost - cost;
-    (fall > threshold(&before)).then_some(Freed { before, problem: wider, state, fall })
+    let fall = at.cost - descent.end.cost;
+    let refit = Refit { problem: wider, descent, fall, finding: None };
+    (fall > threshold(problem.unknown(id))).then_some(refit)
 }
 
-impl Freed {
-    /// Returns the refit with what it finds; `None` if the suspect is not far from what is known.
-    fn named(self) -> Option<Refit> {
-        let Self { before, mut problem, state, fall } = self;
-        let id = before.id;
-        let descent = descend_with_noise(&mut problem, state);
-        let refit = Refit { problem, descent, fall, finding: None };
-        let (estimate, sd) = refit.estimate(id)?;
+impl Refit {
+    /// Returns the refit with the noise that residuals show, and with what it finds of an unknown
+    /// that was as `before`; `None` if that is not far from what is known.
+    fn named(mut self, before: &Unknown) -> Option<Self> {
+        let (id, fall) = (before.id, self.fall);
+        self.descent = descend_with_noise(&mut self.problem, self.descent.end.state);
+        let (estimate, sd) = self.estimate(id)?;
         let (stated, size) = match before.prior {
             Some(Normal { mean, sd: of_prior }) => (mean, (estimate - mean) / sd.hypot(of_prior)),
             // masses that are stated as exact
@@ -119,13 +110,12 @@ impl Freed {
             Finding::Conflict { id, stated, estimate, sd, size }
         };
         let is_named = before.prior.is_none() || size.abs() >= POLICY.conflict;
-        is_named.then_some(Refit { finding: Some(finding), ..refit })
+        is_named.then_some(Self { finding: Some(finding), ..self })
     }
 }
 
-/// Returns the least χ² of the descents that start with unknown `id` at each of some values, and
-/// where it is.
-fn descend_from(problem: &Problem, state: &State, id: Id, values: &[f64]) -> Option<(f64, State)> {
+/// Returns the lowest of the descents that start with unknown `id` at each of some values.
+fn descend_from(problem: &Problem, state: &State, id: Id, values: &[f64]) -> Option<Descent> {
     let [low, high] = problem.unknown(id).bounds;
     let descend_at = |value: &f64| {
         let mut start = state.clone();
@@ -137,11 +127,10 @@ fn descend_from(problem: &Problem, state: &State, id: Id, values: &[f64]) -> Opt
             start.shared[Id::MuK] = sliding.clamp(least, most);
         }
         start.shared[id] = value;
-        let end = problem.descend(start).end;
-        (end.cost, end.state)
+        problem.descend(start)
     };
-    let all = values.iter().map(descend_at).filter(|(cost, _)| cost.is_finite());
-    all.min_by(|(a, _), (b, _)| a.total_cmp(b))
+    let all = values.iter().map(descend_at).filter(|descent| descent.end.cost.is_finite());
+    all.min_by(|a, b| a.end.cost.total_cmp(&b.end.cost))
 }
 
 /// Returns the refit with a wider prior of the frame rate if the frames disagree with the stated
