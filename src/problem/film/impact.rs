@@ -69,6 +69,25 @@ pub(crate) struct Parting {
     pub(crate) sticks: bool,
 }
 
+impl Parting {
+    /// Returns balls of these radii (m) and this moment of inertia after an impact with these
+    /// components of its outcome, in the order of [`Outcome::components`].
+    pub(crate) fn new(
+        component: impl Fn(usize) -> Dual,
+        radii: [Dual; 2],
+        inertia: f64,
+        sticks: bool,
+    ) -> Self {
+        let side = |ball: usize| Side {
+            velocity: DualVector::new(component(6 * ball), component(6 * ball + 1)),
+            rise: component(6 * ball + 2),
+            spin: [3, 4, 5].map(|i| component(6 * ball + i) * radii[ball]),
+            inertia,
+        };
+        Self { balls: [0, 1].map(side), radii, sticks }
+    }
+}
+
 impl Input {
     /// Returns the shared unknown that an input is; `None` of the motion of the cue ball.
     pub(in crate::problem) fn shared(self) -> Option<Id> {
@@ -224,12 +243,6 @@ impl Contact {
         }
         let by = SMatrix::from_columns(&inputs.each_ref().map(gradient)) * jacobian.transpose();
         let component = |row: usize| with_gradient(values[row], &by.column(row).into_owned());
-        let side = |ball: usize| Side {
-            velocity: DualVector::new(component(6 * ball), component(6 * ball + 1)),
-            rise: component(6 * ball + 2),
-            spin: [3, 4, 5].map(|i| component(6 * ball + i) * radii[ball]),
-            inertia: self.object().inertia,
-        };
-        Ok(Parting { balls: [0, 1].map(side), radii, sticks: outcome.regime == Regime::Stick })
+        Ok(Parting::new(component, radii, self.object().inertia, outcome.regime == Regime::Stick))
     }
 }

@@ -1,6 +1,6 @@
 //! Prediction of the numbers of a shot from its unknowns.
 
-use nalgebra::{DMatrix, DVector, Vector2};
+use nalgebra::{DMatrix, DVector};
 use num_dual::DualNum;
 
 use super::shot::{INPUTS, Row, RowShot, SPEED, Unpredictable};
@@ -202,16 +202,7 @@ pub fn predict(shot: &Shot, model: &Model, coefficients: &Coefficients) -> Resul
     let radii = [model.ball.radius, model.object_ball().radius];
     let (approach, after) = made.strike(&Own::zeros(MOVING), |cue| {
         let after = model.collide(&cue.state(radii[0]), coefficients)?.components();
-        let side = |ball: usize| {
-            let part = |i: usize| constant(after[6 * ball + i]);
-            Side {
-                velocity: Vector2::new(part(0), part(1)),
-                rise: part(2),
-                spin: [3, 4, 5].map(|i| part(i) * radii[ball]),
-                inertia: made.inertia,
-            }
-        };
-        Ok(Parting { balls: [0, 1].map(side), radii: radii.map(constant), sticks: false })
+        Ok(Parting::new(|i| constant(after[i]), radii.map(constant), made.inertia, false))
     })?;
     let value = |row: &Row| approach.observe(row.number.observable, &after, made.side).re;
     Ok(Prediction {
