@@ -20,7 +20,7 @@ use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::physics::collision::Fidelity;
 use crate::problem::{
     Choices, Deviations, Finding, FitEnd, Id, MANY_SHOTS, POLICY, RowsError, ShiftScore, ShotInfluence,
-    Slope, Solution, TableNoise,
+    Slope, Solution, TableNoise, worst_direction,
 };
 
 /// Shots that are listed by their influence whether they are influential or not, and at most.
@@ -83,8 +83,10 @@ impl<'a> Fitted<'a> {
         };
         let Self { end, estimates, .. } = self;
         let covariance = solution.covariance_in(&end.as_free, &estimates.iter().map(id).collect::<Vec<_>>());
-        let value = |p: &Parameter| (Id::from(*p), solution.value(Id::from(*p)));
-        let worst = solution.worst_direction(&combined.iter().map(value).collect::<Vec<_>>());
+        let ids: Vec<Id> = combined.iter().map(|parameter| Id::from(*parameter)).collect();
+        let mut others = solution.problem.inside(solution.state());
+        others.retain(|column| ids.iter().all(|id| *id as usize != *column));
+        let worst = worst_direction(&solution.at, &ids, others);
         let is_silent = |e: &&Estimate| e.status == Status::NotIdentified && !solution.is_informed(id(e));
         let silent = estimates.iter().filter(is_silent).map(|e| e.parameter).collect();
         let has_error = |of: &Id| estimates.iter().any(|e| id(e) == *of && e.std_error.is_some());

@@ -5,8 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
-use super::evaluation::{Evaluation, Reduced};
-use super::problem::Problem;
+use super::evaluation::Evaluation;
 use super::solution::Solution;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode};
@@ -58,29 +57,7 @@ fn by_name<S: Serializer>(terms: &[(Id, f64)], serializer: S) -> Result<S::Ok, S
     serializer.collect_map(terms.iter().map(|(id, step)| (id.name(), step)))
 }
 
-/// Returns the worst determined direction of the free unknowns that the data depend on and that are
-/// not at bounds; `None` of fewer than two.
-pub(crate) fn worst_direction(problem: &Problem, at: &Evaluation, reduced: &Reduced) -> Option<Combination> {
-    let mut columns = problem.inside(&at.state);
-    columns.retain(|column| reduced.informs(*column));
-    let unknowns: Vec<(Id, f64)> =
-        columns.iter().map(|column| (problem.unknowns[*column].id, at.state.shared.0[*column])).collect();
-    combine(&unknowns, &reduced.matrix(&columns))
-}
-
 impl Solution {
-    /// Returns the worst determined direction of some unknowns of the only sample with these
-    /// values, the other free ones eliminated; `None` of fewer than two, or if the others are not
-    /// determined.
-    pub(crate) fn worst_direction(&self, unknowns: &[(Id, f64)]) -> Option<Combination> {
-        let reduced = self.at.reduced()?;
-        let wanted: Vec<usize> = unknowns.iter().map(|(id, _)| *id as usize).collect();
-        let mut others = self.problem.inside(&self.at.state);
-        others.retain(|column| !wanted.contains(column));
-        let (left, _) = Estimates::of_columns(reduced, others)?.condition(reduced, &wanted);
-        combine(unknowns, &left)
-    }
-
     /// Returns whether the data depend on an unknown of the only sample, if that was free.
     pub(crate) fn is_informed(&self, id: Id) -> bool {
         let is_free = self.problem.unknown(id).mode == Mode::Free;
@@ -88,11 +65,13 @@ impl Solution {
     }
 }
 
-/// Returns the worst determined direction of some unknowns with these values and this normal
-/// matrix; `None` of fewer than two.
-fn combine(unknowns: &[(Id, f64)], matrix: &DMatrix<f64>) -> Option<Combination> {
+/// Returns the worst determined direction of some unknowns of the only sample, `others` of its
+/// columns eliminated; `None` of fewer than two, or if the others are not determined.
+pub(crate) fn worst_direction(at: &Evaluation, ids: &[Id], others: Vec<usize>) -> Option<Combination> {
+    let (reduced, columns) = (at.reduced()?, ids.iter().map(|id| *id as usize).collect::<Vec<_>>());
+    let (matrix, _) = Estimates::of_columns(reduced, others)?.condition(reduced, &columns);
     let norms = matrix.diagonal().map(f64::sqrt);
-    let n = unknowns.len();
+    let n = ids.len();
     let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] / (norms[i] * norms[j]));
     if n < 2 || !scaled.iter().all(|entry| entry.is_finite()) {
         return None;
@@ -111,11 +90,11 @@ fn combine(unknowns: &[(Id, f64)], matrix: &DMatrix<f64>) -> Option<Combination>
         let part = |i: usize| eigen.eigenvectors.column(i).dot(&scaled).powi(2) / values[i];
         (0..n).filter(|i| *i != least || !is_undetermined).map(part).sum()
     };
-    let x = |i: usize| unknowns[i].1;
+    let x = |i: usize| at.state.shared[ids[i]];
     let determined = match terms[..] {
         [(i, step_i), (j, step_j)] if x(i) > 0.0 && x(j) > 0.0 => {
             let ratio = (step_i / x(i)) / (step_j / x(j));
-            let [first, second] = [i, j].map(|i| symbol(unknowns[i].0.name()));
+            let [first, second] = [i, j].map(|i| symbol(ids[i].name()));
             let determined = |name: String, estimate: f64, by: [f64; 2]| {
                 let mut gradient = DVector::zeros(n);
                 (gradient[i], gradient[j]) = (by[0], by[1]);
@@ -136,7 +115,7 @@ fn combine(unknowns: &[(Id, f64)], matrix: &DMatrix<f64>) -> Option<Combination>
     singular_values.sort_by(|a, b| b.total_cmp(a));
     Some(Combination {
         words: String::new(),
-        terms: terms.into_iter().map(|(i, step)| (unknowns[i].0, step)).collect(),
+        terms: terms.into_iter().map(|(i, step)| (ids[i], step)).collect(),
         weak: is_undetermined || singular_values[0] > WEAK * singular_values[n - 1],
         undetermined: is_undetermined,
         determined,

@@ -333,17 +333,20 @@ fn edge_of_saturation(problem: &Problem, at: &Evaluation, column: usize) -> Opti
 /// Returns what the data determine, and the unknowns of which they determine only combinations; one
 /// unknown of each combination is then held.
 pub(crate) fn determine(problem: &Problem, at: &Evaluation) -> (Estimates, Vec<Id>) {
-    let mut held = problem.clone();
-    let mut undetermined: Vec<Id> = Vec::new();
-    while let Some(worst) = at.reduced().and_then(|reduced| worst_direction(&held, at, reduced))
+    let none = Estimates { columns: Vec::new(), covariance: DMatrix::zeros(0, 0) };
+    let (Some(reduced), mut undetermined) = (at.reduced(), Vec::new()) else { return (none, Vec::new()) };
+    let mut columns = problem.inside(&at.state);
+    columns.retain(|column| reduced.informs(*column));
+    let mut ids: Vec<Id> = columns.into_iter().map(|column| problem.unknowns[column].id).collect();
+    while let Some(worst) = worst_direction(at, &ids, Vec::new())
         && let Some(largest) = worst.terms.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
         && worst.undetermined
     {
         undetermined.extend(worst.terms.iter().map(|(id, _)| *id));
-        held.unknown_mut(largest.0).mode = Mode::Fixed;
+        ids.retain(|id| *id != largest.0);
     }
-    let none = Estimates { columns: Vec::new(), covariance: DMatrix::zeros(0, 0) };
-    (Estimates::new(&held, at).unwrap_or(none), undetermined)
+    let columns = ids.into_iter().map(|id| id as usize).collect();
+    (Estimates::of_columns(reduced, columns).unwrap_or(none), undetermined)
 }
 
 #[cfg(test)]

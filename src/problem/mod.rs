@@ -62,7 +62,7 @@ pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
 pub(crate) use film::shots::ShownPaths;
 pub(crate) use film::shots::{FittedFrame, Impact, OwnEstimate};
 pub(crate) use findings::{Finding, Severity};
-pub(crate) use identifiability::Combination;
+pub(crate) use identifiability::{Combination, worst_direction};
 pub(crate) use intervals::{FitEnd, MANY_SHOTS, MISLEADING};
 pub use intervals::{ParameterEstimate, Status};
 pub(crate) use offsets::{ShiftScore, Slope};
