@@ -21,9 +21,9 @@ pub(crate) struct Evaluation {
     /// Sums of each shot of each sample.
     pub(crate) shots: Arc<Vec<Vec<ShotSums>>>,
     /// Squares of the derivatives by each unknown, added up over all numbers.
-    slopes: DVector<f64>,
+    pub(super) slopes: DVector<f64>,
     /// `None` if a shot does not determine one of its own unknowns.
-    reduced: Option<Arc<Reduced>>,
+    pub(super) reduced: Option<Arc<Reduced>>,
 }
 
 /// Most batches that the shots of a sample are added up in, and least number of shots of one. Batches
@@ -70,7 +70,7 @@ pub(crate) struct Reduced {
     pub(crate) columns: Vec<[usize; SHARED]>,
     /// Columns of the problem that those of a response are: of each sample the unknowns that are free,
     /// and the residual.
-    kept: Vec<Vec<usize>>,
+    pub(super) kept: Vec<Vec<usize>>,
 }
 
 impl Problem {
@@ -148,11 +148,6 @@ impl Problem {
 }
 
 impl Evaluation {
-    /// Returns the same state with another cost.
-    pub(crate) fn costing(self, cost: f64) -> Self {
-        Self { cost, ..self }
-    }
-
     /// Returns the number of shots whose contact sticks.
     pub(crate) fn count_sticking(&self) -> usize {
         self.shots.iter().flatten().filter(|shot| shot.sticks).count()
@@ -221,19 +216,6 @@ impl Reduced {
         let gradient = self.gradient(columns);
         let least = self.products[(self.last(), self.last())] - gradient.dot(&cholesky.solve(&gradient));
         Some((least, self.own_ln_determinant + cholesky.ln_determinant()))
-    }
-
-    /// Returns the derivatives of the own unknowns of shot `i` of a sample that are not held by these
-    /// shared unknowns, which must be free: a row each.
-    pub fn response(&self, sample: usize, i: usize, columns: &[usize]) -> DMatrix<f64> {
-        let response = &self.own[sample][i].response;
-        let mut by = DMatrix::zeros(response.nrows(), columns.len());
-        for (local, column) in self.kept[sample].iter().enumerate() {
-            if let Some(j) = columns.iter().position(|other| other == column) {
-                by.column_mut(j).axpy(-1.0, &response.column(local), 1.0);
-            }
-        }
-        by
     }
 
     /// Returns the state after a step of the unknowns `columns`, the own ones following by a part of

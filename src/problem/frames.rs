@@ -158,50 +158,29 @@ pub(crate) fn rows<const R: usize>(
     rows
 }
 
-/// Places of the columns of rows among the unknowns of a shot and the residual: the inputs of the
-/// motion, and what stands behind the coefficients.
-pub(crate) struct Columns<'a> {
-    pub(crate) inputs: &'a [usize],
-    pub(crate) others: &'a [usize],
-}
-
-impl Columns<'_> {
-    fn all(&self) -> impl Iterator<Item = usize> {
-        self.inputs.iter().chain(self.others).copied()
+/// Returns a row by all unknowns of a shot and the residual.
+fn expand<const R: usize, const C: usize, const I: usize>(
+    row: &SVector<f64, R>,
+    piece: &Piece<C, I>,
+    columns: &[usize],
+    length: usize,
+) -> DVector<f64> {
+    let mut all = DVector::zeros(length);
+    let by_inputs = piece.by * row.fixed_rows::<C>(0);
+    for (column, by) in columns.iter().zip(by_inputs.iter().chain(row.rows_range(C..).iter())) {
+        all[*column] += by;
     }
-
-    /// Returns a row by all unknowns.
-    fn expand<const R: usize, const C: usize, const I: usize>(
-        &self,
-        row: &SVector<f64, R>,
-        piece: &Piece<C, I>,
-        length: usize,
-    ) -> DVector<f64> {
-        let mut all = DVector::zeros(length);
-        let by_inputs = piece.by * row.fixed_rows::<C>(0);
-        for (column, by) in self.all().zip(by_inputs.iter().chain(row.rows_range(C..).iter())) {
-            all[column] += by;
-        }
-        all
-    }
-
-    /// Adds products of all columns (upper triangle).
-    fn add(&self, total: &mut DMatrix<f64>, products: &DMatrix<f64>) {
-        let columns: Vec<usize> = self.all().collect();
-        for (j, column) in columns.iter().enumerate() {
-            for (i, row) in columns[..=j].iter().enumerate() {
-                total[(*row.min(column), *row.max(column))] += products[(i, j)];
-            }
-        }
-    }
+    all
 }
 
 /// Adds the frames of a track to the sums of a shot, each coordinate to the sums of its noise.
+/// `columns` are places among the unknowns of the shot and the residual: of the inputs of the motion,
+/// and of what stands behind the coefficients of a row.
 pub(crate) fn add_track<const R: usize, const C: usize, const I: usize>(
     total: &mut Contribution,
     mut sights: Vec<Sight<R>>,
     pieces: &[Piece<C, I>],
-    columns: &Columns,
+    columns: &[usize],
     noises: [usize; 2],
 ) {
     let length = total.products.ncols();
@@ -221,8 +200,8 @@ pub(crate) fn add_track<const R: usize, const C: usize, const I: usize>(
                 match &sight.carried {
                     None => rows.extend_from_slice((row * weight.sqrt()).as_slice()),
                     Some((on, carried)) => {
-                        let by = columns.expand(row, piece, length)
-                            + columns.expand(&carried[axis], &pieces[*on], length);
+                        let by = expand(row, piece, columns, length)
+                            + expand(&carried[axis], &pieces[*on], columns, length);
                         total.products.ger(weight, &by, &by, 1.0);
                     }
                 }
@@ -240,7 +219,11 @@ pub(crate) fn add_track<const R: usize, const C: usize, const I: usize>(
         let mut by_others = products.view_mut((I, I), (others, others));
         by_others += row_products.view((C, C), (others, others));
     }
-    columns.add(&mut total.products, &products);
+    for (j, column) in columns.iter().enumerate() {
+        for (i, row) in columns[..=j].iter().enumerate() {
+            total.products[(*row.min(column), *row.max(column))] += products[(i, j)];
+        }
+    }
 }
 
 /// Returns the weight of a frame with these residuals, and its cost.

@@ -65,8 +65,14 @@ impl Estimates {
     /// unknowns and the shared ones.
     pub(crate) fn variance(&self, reduced: &Reduced, (sample, i): (usize, usize), by: &DVector<f64>) -> f64 {
         let own = &reduced.own[sample][i];
-        let response = reduced.response(sample, i, &self.columns);
-        let mut by_shared = response.tr_mul(&by.select_rows(&own.places));
+        // own unknowns follow the shared ones
+        let followed = own.response.tr_mul(&by.select_rows(&own.places));
+        let mut by_shared = DVector::zeros(self.columns.len());
+        for (by_local, column) in followed.iter().zip(&reduced.kept[sample]) {
+            if let Some(place) = self.position(*column) {
+                by_shared[place] -= by_local;
+            }
+        }
         for (by_local, column) in by.iter().skip(own.count).zip(&reduced.columns[sample]) {
             if let Some(place) = self.position(*column) {
                 by_shared[place] += by_local;

@@ -10,7 +10,7 @@ use super::stuck::Stuck;
 use crate::physics::disc::Discs;
 use crate::problem::film::camera::{Camera, Point};
 use crate::problem::film::dual::{constant, gradient};
-use crate::problem::frames::{Columns, Frame, Sight, add_track, rows, whiten};
+use crate::problem::frames::{Frame, Sight, add_track, rows, whiten};
 use crate::problem::sums::{Contribution, Noise, OwnPrior, Scattered, Spread};
 use crate::problem::unknowns::{CAMERA, Normal, Own, PHYSICS, SHARED, Shared};
 
@@ -135,13 +135,13 @@ impl DiscBlock {
         };
         let mut total = Contribution::empty(count, SHARED, self.noise.len());
         total.sums.sticks = shot.stuck.is_some();
-        let inputs = places_of_inputs(count);
         for (track, sights) in shot.tracks.iter().zip(sights) {
             // without a marker its derivatives are 0
             let [direction, radius] = track.marker.unwrap_or([own::TIME; 2]);
             let by_camera = (0..CAMERA).map(|i| count + PHYSICS + i);
-            let others = [own::TIME, direction, radius].into_iter().chain(by_camera).chain([count + SHARED]);
-            let columns = Columns { inputs: &inputs, others: &others.collect::<Vec<_>>() };
+            let mut columns = places_of_inputs(count);
+            columns
+                .extend([own::TIME, direction, radius].into_iter().chain(by_camera).chain([count + SHARED]));
             let noise = NOISES * i + 2 * track.disc;
             add_track(&mut total, sights, &motion.pieces[track.disc], &columns, [noise, noise + 1]);
         }

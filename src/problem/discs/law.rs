@@ -75,7 +75,8 @@ pub(crate) fn fit_discs(dataset: &Dataset) -> Result<DiscFit, FilmError> {
         free.findings.extend(refit.finding);
         best = solve(refit.problem, refit.descent)?;
     }
-    let others = rivals.into_iter().map(|(rise, at)| at.costing(best.at.cost + rise)).collect();
+    let others =
+        rivals.into_iter().map(|(rise, at)| Evaluation { cost: best.at.cost + rise, ..at }).collect();
     let Solution { findings, left_out, unit, middle, .. } = free;
     let solution = Solution { findings, left_out, unit, middle, ..best };
     Ok(DiscFit { solution, impacts, others })

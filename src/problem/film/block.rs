@@ -15,7 +15,7 @@ use super::spins::{FIRST_SCATTER, OFF_CORNER, ShotSpin, States, Through};
 use crate::numerics::EXACT;
 use crate::numerics::dense::{Place, descend};
 use crate::physics::cloth_motion::GRAVITY;
-use crate::problem::frames::{Columns, Frame, Sight, add_track, rows, whiten};
+use crate::problem::frames::{Frame, Sight, add_track, rows, whiten};
 use crate::problem::policy::{COMPARED_STEPS, ROUGH, STALL};
 use crate::problem::sums::{Contribution, Noise, OwnPrior, Scattered};
 use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, Shared};
@@ -195,9 +195,7 @@ impl ShotAt<'_> {
         for spin in &self.shot.side_spins {
             spin.add_to(&mut total, &struck, self.film.contact.object().radius, self.shared);
         }
-        let inputs: Vec<usize> = (0..MOVING).chain(OWN..OWN + PHYSICS).collect();
-        let others: Vec<usize> = (OWN + PHYSICS..=OWN + PHYSICS + CAMERA).collect();
-        let columns = Columns { inputs: &inputs, others: &others };
+        let columns: Vec<usize> = (0..MOVING).chain(OWN..=OWN + PHYSICS + CAMERA).collect();
         for (ball, pieces) in struck.paths(self).iter().enumerate() {
             add_track(&mut total, self.look(ball, pieces), pieces, &columns, [ball; 2]);
         }
