@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use super::bootstrap::{self, Bootstrap};
-use super::deviations::{residuals, trends, whiten};
+use super::deviations::{observables, residuals, trends, whiten};
 use super::goodness::normality_of;
 use super::regions::contours;
 use super::request::{Request, rejected};
@@ -16,6 +16,7 @@ use super::{
     Influence, Noise, NoiseVerdict, Options, Rejected, Residual, Robust, Status, Trend, Weight,
 };
 use crate::measurement::loss::Loss;
+use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
 use crate::physics::collision::Fidelity;
 use crate::problem::{
@@ -109,7 +110,7 @@ impl<'a> Fitted<'a> {
             correlation: correlation(&estimates, &covariance),
             chi2: solution.chi2_of_data().0 + solution.prior_chi2(),
             dof: solution.dof(),
-            noise: noise_of(&residuals, &end.noises),
+            noise: noise_of(observables(&self.deviations), &residuals, &end.noises),
             shots_rejected: rejected,
             disc_shots: Vec::new(),
             scatter: None,
@@ -289,27 +290,22 @@ fn parameters(solution: &Solution, settings: &Settings) -> Vec<Parameter> {
     Parameter::ALL.into_iter().filter(|p| settings.has(*p) || extra(p)).collect()
 }
 
-/// Returns a row for each observable, in the order of first appearance, with the noises that were
-/// estimated.
-fn noise_of(residuals: &[Residual], estimated: &[TableNoise]) -> Vec<Noise> {
-    let mut all: Vec<Noise> = Vec::new();
-    for Residual { observable, .. } in residuals {
-        if all.iter().any(|known| known.observable == *observable) {
-            continue;
-        }
-        let alike = residuals.iter().filter(|other| other.observable == *observable);
+/// Returns a row for each of some observables, with the noises that were estimated.
+fn noise_of(observables: Vec<Observable>, residuals: &[Residual], estimated: &[TableNoise]) -> Vec<Noise> {
+    let noise = |observable: Observable| {
+        let alike = residuals.iter().filter(|other| other.observable == observable);
         let squares: Vec<f64> = alike.map(|own| (own.measured - own.predicted).powi(2)).collect();
-        let found = estimated.iter().find(|noise| noise.pool.observables.contains(observable));
+        let found = estimated.iter().find(|noise| noise.pool.observables.contains(&observable));
         let is_rounding = |noise: &&TableNoise| noise.pool.rounding > 0.0 && noise.sd <= noise.pool.rounding;
-        all.push(Noise {
-            observable: *observable,
+        Noise {
+            observable,
             count: squares.len(),
             rms: (squares.iter().sum::<f64>() / squares.len() as f64).sqrt(),
             estimated_sd: found.map(|noise| if noise.is_known { noise.sd } else { f64::NAN }),
             rounding: found.filter(is_rounding).map(|noise| noise.pool.rounding),
-        });
-    }
-    all
+        }
+    };
+    observables.into_iter().map(noise).collect()
 }
 
 /// Returns the correlations of estimates from their covariance, NaN for those without an error.

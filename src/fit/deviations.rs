@@ -173,7 +173,7 @@ pub(crate) fn residuals(names: &[String], shots: &[Option<Deviations>]) -> Vec<R
 }
 
 /// Returns what was measured of the shots, in the order of its first appearance.
-fn observables(shots: &[Option<Deviations>]) -> Vec<Observable> {
+pub(super) fn observables(shots: &[Option<Deviations>]) -> Vec<Observable> {
     let mut seen = Vec::new();
     for observable in shots.iter().flatten().flat_map(|found| &found.observables) {
         if !seen.contains(observable) {

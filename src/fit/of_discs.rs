@@ -7,11 +7,10 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::common::Fitted;
 use super::deviations::whiten;
 use super::request::Request;
-use super::{Computed, Depth, Fit, FitError, Remark, Scatter, Status, doubts, film_words};
+use super::{Depth, Fit, FitError, Remark, Scatter, Status, doubts, film_words};
 use crate::measurement::observable::{Measured, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
-use crate::physics::collision::{Effects, Fidelity};
 use crate::problem::{Component, Deviations, DiscFit, FitEnd, Id, MUS, ShiftScore, Slope, fit_discs};
 
 /// Number of shots that show how much shots differ.
@@ -62,12 +61,6 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         scatter: Some(Scatter { restitution, impulse_ratio, is_estimated: shots >= LEAST_SHOTS }),
         ..fitted.fit()
     };
-    let effects = Effects {
-        compliance: solution.value(Id::Kappa) > 0.0,
-        falling_friction: dataset.settings.falls,
-        ..Fidelity::Full.effects()
-    };
-    fit.diagnostics.computed = vec![Computed { fidelity: Fidelity::Full, effects, shots }];
     (fit.diagnostics.robust, fit.diagnostics.has_rival) = (None, !disc_fit.others.is_empty());
     fit.friction_curve = friction_curve(&fit);
     doubts::comment(&mut fit, &dataset, &[], false, notes(&disc_fit));

@@ -1,8 +1,6 @@
 //! Confidence regions of pairs of parameters: contours of χ², minimised over the others, at a given
 //! rise above its minimum, beside the ellipse of its curvature.
 
-use std::f64::consts::TAU;
-
 use nalgebra::{Matrix2, Vector2};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -14,9 +12,6 @@ use crate::problem::{Estimates, Id, Solution};
 
 /// The regions that are drawn: they hold the true pair with this probability.
 pub(crate) const LEVELS: [f64; 2] = [0.68, 0.95];
-
-/// Points of an ellipse.
-const POINTS: usize = 48;
 
 /// The confidence regions of a pair of parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -53,12 +48,11 @@ pub(in crate::fit) fn contours(
     let contour = |pair: [&Estimate; 2]| {
         let ids = pair.map(|estimate| Id::from(estimate.parameter));
         let centre = pair.map(|estimate| estimate.value);
-        let bounds = ids.map(|id| solution.bounds(id));
         let covariance = solution.covariance_in(covariance, &ids);
         // without a covariance of both, from its interval or its bounds
         let reach = |i: usize| {
             pair[i].std_error.unwrap_or_else(|| {
-                let [low, high] = pair[i].interval_95.unwrap_or(bounds[i]);
+                let [low, high] = pair[i].interval_95.unwrap_or(solution.bounds(ids[i]));
                 0.25 * (high - low)
             })
         };
@@ -69,17 +63,7 @@ pub(in crate::fit) fn contours(
         let is_ellipse = solution.is_film() || pair.iter().all(|estimate| estimate.is_in_the_middle());
         let level = |probability: f64| {
             let rise = rise(probability, dof)?;
-            let point = |k: usize| {
-                let (sin, cos) = (TAU * k as f64 / POINTS as f64).sin_cos();
-                let along = rise.sqrt() * (root * Vector2::new(cos, sin));
-                [centre[0] + along.x, centre[1] + along.y]
-            };
-            let inside = |point: [f64; 2]| [0, 1].map(|i| point[i].clamp(bounds[i][0], bounds[i][1]));
-            let edge = if is_ellipse {
-                (0..POINTS).map(point).map(inside).collect()
-            } else {
-                solution.region(ids.map(|id| id as usize), &root, rise)?
-            };
+            let edge = solution.region(ids.map(|id| id as usize), &root, (rise, is_ellipse))?;
             Some(Level { probability, rise, edge })
         };
         let levels: Option<Vec<Level>> = LEVELS.into_iter().map(level).collect();

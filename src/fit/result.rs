@@ -123,18 +123,19 @@ impl Computed {
     pub(crate) fn of(solution: &Solution, choice: Option<Fidelity>) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();
         for (sample, shots) in solution.problem.samples.iter().zip(solution.at.shots.iter()) {
-            let corrected = sample.block.count_corrected();
-            let falls = sample.gather(&solution.at.state.shared)[Id::FallB] != 0.0;
-            let parts = match choice {
+            let (corrected, contact) = (sample.block.count_corrected(), sample.block.contact());
+            let shared = sample.gather(&solution.at.state.shared);
+            let is_compliant = contact.map_or(shared[Id::Kappa] > 0.0, |contact| contact.is_compliant());
+            // discs are computed in closed form
+            let parts = match choice.filter(|_| contact.is_some()) {
                 Some(fidelity) => vec![(fidelity, shots.len())],
                 None => {
                     vec![(Fidelity::Full, shots.len() - corrected), (Fidelity::Contact, corrected)]
                 }
             };
             for (fidelity, shots) in parts.into_iter().filter(|(_, shots)| *shots > 0) {
-                let is_compliant = sample.block.contact().is_some_and(|contact| contact.is_compliant());
                 let mut effects = Effects { compliance: is_compliant, ..fidelity.effects() };
-                effects.falling_friction &= falls;
+                effects.falling_friction &= shared[Id::FallB] != 0.0;
                 match all.iter_mut().find(|known| (known.fidelity, known.effects) == (fidelity, effects)) {
                     Some(known) => known.shots += shots,
                     None => all.push(Self { fidelity, effects, shots }),

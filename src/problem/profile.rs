@@ -29,8 +29,8 @@ const JUMP: f64 = 1e-6;
 /// χ²: steps gain what they promise within a quarter.
 const PROMISED: f64 = 2.0;
 
-/// Directions of the edge of a region.
-const DIRECTIONS: usize = 24;
+/// Directions of the edge of a region, and of one that is an ellipse.
+const DIRECTIONS: [usize; 2] = [24, 48];
 
 /// Relative precision of the root of the rise of χ² at ends of intervals and edges of regions: a
 /// line's width, and as much as χ² of films is rough.
@@ -68,12 +68,18 @@ impl Solution {
     }
 
     /// Returns the edge of the region of two columns on which χ², least over all others, is `rise`
-    /// above its minimum, within the bounds; `root` takes the unit circle to the ellipse of rise 1.
-    /// `None` if an edge has no end.
-    pub(crate) fn region(&self, pair: [usize; 2], root: &Matrix2<f64>, rise: f64) -> Option<Vec<[f64; 2]>> {
+    /// above its minimum, within the bounds; `root` takes the unit circle to the ellipse of rise 1,
+    /// which is the region if `is_ellipse` is true. `None` if an edge has no end.
+    pub(crate) fn region(
+        &self,
+        pair: [usize; 2],
+        root: &Matrix2<f64>,
+        (rise, is_ellipse): (f64, bool),
+    ) -> Option<Vec<[f64; 2]>> {
         let (centre, t) = (pair.map(|column| self.at.state.shared.0[column]), rise.sqrt());
+        let directions = DIRECTIONS[usize::from(is_ellipse)];
         let point = |k: usize| {
-            let (sin, cos) = (TAU * k as f64 / DIRECTIONS as f64).sin_cos();
+            let (sin, cos) = (TAU * k as f64 / directions as f64).sin_cos();
             let along = root * Vector2::new(cos, sin);
             let place = |distance: f64| {
                 [0, 1].map(|i| {
@@ -81,6 +87,9 @@ impl Solution {
                     (pair[i], (centre[i] + distance * along[i]).clamp(low, high))
                 })
             };
+            if is_ellipse {
+                return Some(place(t).map(|(_, value)| value));
+            }
             // distance at which both are at their bounds
             let room = |i: usize| {
                 let [low, high] = self.problem.unknowns[pair[i]].bounds;
@@ -90,7 +99,7 @@ impl Solution {
             let distance = reach(&self.problem, &self.at, (t, [EDGE; 2]), (t, limit), place)?;
             Some(place(distance).map(|(_, value)| value))
         };
-        (0..DIRECTIONS).into_par_iter().map(point).collect()
+        (0..directions).into_par_iter().map(point).collect()
     }
 }
 
