@@ -11,7 +11,7 @@ use crate::fit::film_words::{Remark, note};
 use crate::numerics::EXACT;
 use crate::problem::Severity::{Doubtful, Unusable};
 use crate::problem::{
-    self, Descent, Estimates, Evaluation, Id, Mode, Problem, Solution, State, comply, descend,
+    self, Descent, Estimates, Evaluation, Id, Mode, Problem, Record, Solution, State, comply, descend,
     descend_with_noise, robust_covariance,
 };
 
@@ -55,7 +55,8 @@ impl<'a> Joint<'a> {
             samples.remarks.push(Remark::new(Doubtful, "undetermined/joint-undetermined", context! {}));
             Estimates { columns: Vec::new(), covariance: DMatrix::zeros(0, 0) }
         });
-        let solution = Solution::new(problem, Descent { end, ..descent }, covariance);
+        let record = Record { findings: Vec::new(), left_out: Vec::new(), unit: 1.0, middle: [0.0; 2] };
+        let solution = Solution::new(problem, Descent { end, ..descent }, covariance, record);
         Ok(Self { samples, tests: Tests::new(&solution), solution })
     }
 }

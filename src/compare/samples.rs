@@ -107,7 +107,7 @@ impl<'a> Samples<'a> {
                     let beside = format!("{title}: {sentence}");
                     self.remarks.push(Remark::new(severity, "of-sample", context! { beside }));
                 };
-                for finding in &solution.findings {
+                for finding in &solution.record.findings {
                     // what all samples determine together is said of their joint fit
                     let is_of_all = matches!(finding, Finding::Compliance { .. });
                     if let Some(sentence) = sentence(finding, frames.as_ref()).filter(|_| !is_of_all) {
@@ -226,9 +226,9 @@ impl Samples<'_> {
             all.bounds = [all.bounds[0].max(low), all.bounds[1].min(high)];
             all.prior = all.prior.into_iter().chain(prior).min_by(|a, b| a.sd.total_cmp(&b.sd));
             let conflict = |own: &Finding| matches!(own, Finding::Conflict { id: own, .. } if own == id);
-            is_contradicted |= alone.solution.findings.iter().any(conflict);
+            is_contradicted |= alone.solution.record.findings.iter().any(conflict);
             let factor = if *id == Id::Scale {
-                self.first_film(alone).solution.unit / alone.solution.unit
+                self.first_film(alone).solution.record.unit / alone.solution.record.unit
             } else {
                 1.0
             };
@@ -269,7 +269,7 @@ impl Samples<'_> {
                 alone.dataset.name
             ));
         }
-        let factor = first_solution.unit / own.unit;
+        let factor = first_solution.record.unit / own.record.unit;
         let lengths = own.value(Id::Scale) * factor / first_solution.value(Id::Scale);
         if (lengths - 1.0).abs() > OTHER_UNIT {
             return refuse(format!(
@@ -278,7 +278,8 @@ impl Samples<'_> {
                 first.dataset.name, alone.dataset.name
             ));
         }
-        let by = (Vector2::from(own.middle) - Vector2::from(first_solution.middle)) * first_solution.unit;
+        let by = (Vector2::from(own.record.middle) - Vector2::from(first_solution.record.middle))
+            * first_solution.record.unit;
         let (mut block, mut values) = (own.problem.samples[0].block.clone(), own.at.state.own[0].clone());
         if let Block::Film(film) = &mut block {
             film.move_picture(factor, by);

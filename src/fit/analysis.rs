@@ -120,11 +120,11 @@ pub(crate) fn with_impacts(mut dataset: Dataset) -> (Dataset, Option<FittedFilm>
         }
     };
     let film = FittedFilm::new(solution, &dataset);
-    let findings = film.solution.findings.iter();
+    let findings = film.solution.record.findings.iter();
     let sentences = findings.filter_map(|finding| film_words::sentence(finding, Some(&film)));
     let spins = film_words::unknown_spins(&film).map(|remark| remark.sentence);
     let sentences: Vec<String> = sentences.chain(spins).collect();
-    dataset.left_out.extend(film.solution.left_out.iter().cloned());
+    dataset.left_out.extend(film.solution.record.left_out.iter().cloned());
     (dataset.sliding, dataset.rolling) = (film.solution.measured(Id::MuK), film.solution.measured(Id::MuR));
     dataset.shots.extend(film.impacts.iter().map(|impact| impact.shot.clone()));
     dataset.tracks.iter_mut().for_each(|tracks| tracks.notes.extend(sentences.iter().cloned()));
@@ -153,7 +153,7 @@ pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
             return ExtractedDiscs { dataset, shots: Vec::new(), camera: None };
         }
     };
-    dataset.left_out.extend(solution.left_out.iter().cloned());
+    dataset.left_out.extend(solution.record.left_out.iter().cloned());
     let solution = Arc::new(solution);
     let camera = FoundCamera::of_film(&solution, &dataset);
     let mut shots = Vec::new();
@@ -162,7 +162,7 @@ pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
             let track = tracks.shots.iter().find(|track| track.name == impact.name);
             shots.extend(track.cloned().map(|track| (track, impact)));
         }
-        let findings = solution.findings.iter();
+        let findings = solution.record.findings.iter();
         tracks.notes.extend(findings.filter_map(|finding| film_words::sentence(finding, None)));
         tracks.notes.extend(camera.sentence());
         tracks

@@ -22,7 +22,7 @@ impl FoundCamera {
     pub(super) fn of_film(solution: &Arc<Solution>, dataset: &Dataset) -> Self {
         let shots = dataset.tracks.iter().flat_map(|tracks| &tracks.shots);
         let coarsest = shots.flat_map(|shot| shot.resolution).fold(0.0, f64::max);
-        Self { solution: Arc::clone(solution), resolution: coarsest * solution.unit }
+        Self { solution: Arc::clone(solution), resolution: coarsest * solution.record.unit }
     }
 
     /// Returns the corrections that were free.
@@ -50,7 +50,7 @@ impl FoundCamera {
 
     /// Returns the unit of the film in m; 1 if the stated one was right to a tenth.
     pub fn unit(&self) -> f64 {
-        self.solution.unit
+        self.solution.record.unit
     }
 
     /// Returns whether the corrections converged.

@@ -205,13 +205,13 @@ impl<'a> Fitted<'a> {
     fn rejected(&self) -> Vec<Rejected> {
         let stated = &self.request.dataset.left_out;
         let what = if self.request.dataset.tracks.is_some() { "its frames do" } else { "it does" };
-        let lost = self.end.solution.findings.iter().filter_map(|finding| match finding {
+        let lost = self.end.solution.record.findings.iter().filter_map(|finding| match finding {
             Finding::LostShots { names } => Some(names),
             _ => None,
         });
         let reason = format!("{what} not fit the collision that the other shots fit");
         let lost = lost.flatten().map(|name| (name.clone(), reason.clone()));
-        let unstated = self.end.solution.left_out.iter().filter(|one| !stated.contains(one));
+        let unstated = self.end.solution.record.left_out.iter().filter(|one| !stated.contains(one));
         rejected(stated.iter().chain(unstated).cloned().chain(lost))
     }
 

@@ -42,7 +42,7 @@ pub(super) fn comment(
     }
     fit.diagnostics.suspicious = check::suspicious(dataset, shots, fit.sliding);
     let mut all = fit.doubts();
-    let notes = fit.solution.findings.iter().filter(|finding| finding.severity() == Note);
+    let notes = fit.solution.record.findings.iter().filter(|finding| finding.severity() == Note);
     all.extend(notes.map(|finding| film_words::remark(finding, fit.frames.as_ref())));
     all.extend(own);
     let on_request = fit.shots_rejected.len() - fit.unwanted().len();
@@ -63,7 +63,8 @@ pub(super) fn comment(
 
 /// Returns what lets doubt the fit of a film, the worst first.
 pub(crate) fn of_film(film: &FittedFilm) -> Vec<check::Finding> {
-    let mut doubts: Vec<_> = film.solution.findings.iter().filter(|own| own.severity() > Warning).collect();
+    let mut doubts: Vec<_> =
+        film.solution.record.findings.iter().filter(|own| own.severity() > Warning).collect();
     doubts.sort_by_key(|own| Reverse(own.severity()));
     let sentences = doubts.into_iter().filter_map(|own| film_words::sentence(own, Some(film)));
     sentences.map(|text| check::Finding { shot: None, kind: FOOTAGE, text }).collect()
@@ -83,7 +84,7 @@ impl Fit {
     /// Returns everything that lets doubt the fit, the most harmful first.
     pub(super) fn doubts(&self) -> Vec<Remark> {
         let mut all: Vec<Remark> = Vec::new();
-        let findings = self.solution.findings.iter().filter(|finding| finding.severity() > Note);
+        let findings = self.solution.record.findings.iter().filter(|finding| finding.severity() > Note);
         // causes and conflicts with what is stated may come from wrong footage
         let (conflicts, others): (Vec<&Finding>, Vec<&Finding>) = findings.partition(|finding| {
             matches!(finding, Finding::Conflict { .. } | Finding::Cause { .. } | Finding::SideSpins { .. })

@@ -143,7 +143,7 @@ pub(super) fn explanations(solution: &Solution, film: Option<&FittedFilm>) -> Ve
             sentence: sentence(finding, film).unwrap_or_default(),
         })
     };
-    let mut all: Vec<Explanation> = solution.findings.iter().filter_map(explain).collect();
+    let mut all: Vec<Explanation> = solution.record.findings.iter().filter_map(explain).collect();
     all.sort_by(|a, b| a.delta_2logl.total_cmp(&b.delta_2logl));
     all
 }

@@ -25,7 +25,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let mut fit = fitted.fit();
     for rejected in &mut fit.shots_rejected {
         let is_lost = |finding: &Finding| matches!(finding, Finding::LostShots { names } if names.contains(&rejected.shot));
-        if solution.findings.iter().any(is_lost) {
+        if solution.record.findings.iter().any(is_lost) {
             rejected.reason.push_str(&worst(&rows, dataset, &rejected.shot).unwrap_or_default());
         }
     }

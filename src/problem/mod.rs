@@ -86,7 +86,7 @@ pub(crate) use {
     evaluation::Evaluation,
     film::own,
     minimise::{Descent, MUS, descend, descend_with_noise},
-    problem::{Problem, Sample, State},
+    problem::{Problem, Record, Sample, State},
     uncertainty::{Estimates, robust_covariance},
     unknowns::{Mode, Own, Shared, Unknown},
 };

@@ -39,6 +39,12 @@ pub(crate) struct Prepared {
     pub(crate) problem: Problem,
     /// Where the search begins.
     pub(crate) start: State,
+    pub(crate) record: Record,
+}
+
+/// What is on record about data besides their problem.
+#[derive(Clone)]
+pub(crate) struct Record {
     /// Findings, in the order in which they were made.
     pub(crate) findings: Vec<Finding>,
     /// Names and reasons of the shots that are not in the data.
@@ -53,7 +59,7 @@ impl Prepared {
     /// Leaves out the shots for which `keep` is false, and says so.
     pub(crate) fn leave_out(&mut self, keep: &[bool]) {
         let names = self.problem.retain(&mut self.start, keep);
-        self.findings.push(Finding::LostShots { names });
+        self.record.findings.push(Finding::LostShots { names });
     }
 }
 

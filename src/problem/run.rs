@@ -54,7 +54,7 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices) -> Result<Solution,
         let spreads = run.problem.film().map_or(&[][..], |film| &film.spreads[FIRST_SCATTER..]);
         let differing = SCATTERED.into_iter().zip(spreads).filter(|(_, spread)| spread.sd > spread.first);
         let spreads: Vec<_> = differing.map(|(id, spread)| Differing { id, sd: spread.sd }).collect();
-        run.data.findings.extend((!spreads.is_empty()).then_some(Finding::Dispersed { spreads }));
+        run.data.record.findings.extend((!spreads.is_empty()).then_some(Finding::Dispersed { spreads }));
     } else if !run.problem.is_robust() {
         run.let_scatter();
         estimates = run.estimates()?;
@@ -62,23 +62,23 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices) -> Result<Solution,
     let state = &run.descent.end.state;
     let film = run.problem.film();
     let lags = film.and_then(|film| outliers::lags(film, &state.own[0], &state.shared));
-    run.data.findings.extend(lags.map(|_| Finding::Lags));
+    run.data.record.findings.extend(lags.map(|_| Finding::Lags));
     let side = film.map(|film| film.spreads[SIDE_SPREAD]);
     let is_wide = |side: &Spread| side.sd > POLICY.side_spins.max(2.0 * side.first);
-    run.data.findings.extend(side.filter(is_wide).map(|Spread { sd, .. }| Finding::SideSpins { sd }));
+    run.data.record.findings.extend(side.filter(is_wide).map(|Spread { sd, .. }| Finding::SideSpins { sd }));
     let misfit = run.slow_variance();
     if misfit > POLICY.misfit {
-        run.data.findings.push(Finding::Misfit { ratio: misfit, refutes: misfit > POLICY.refuted });
+        run.data.record.findings.push(Finding::Misfit { ratio: misfit, refutes: misfit > POLICY.refuted });
     }
     if !run.descent.converged {
-        run.data.findings.push(Finding::NotConverged);
+        run.data.record.findings.push(Finding::NotConverged);
     }
     let mut solution = run.finish(estimates);
     let fps = dataset.tracks.as_ref().and_then(|tracks| tracks.fps);
     if let Some(fps) = fps.filter(|fps| *fps <= Tracks::MAX_PLAYBACK)
-        && solution.findings.iter().any(|finding| finding.severity() > Severity::Note)
+        && solution.record.findings.iter().any(|finding| finding.severity() > Severity::Note)
     {
-        solution.findings.insert(0, Finding::Playback { fps });
+        solution.record.findings.insert(0, Finding::Playback { fps });
     }
     Ok(solution)
 }
@@ -195,7 +195,7 @@ impl Run {
         let [before, after] = spoiled.unwrap_or_default();
         // the first frame after an impact may be less than half a frame away
         let after = after.max(lags.map_or(0, |frames| frames + 1));
-        self.data.findings.push(Finding::Spoiled { before, after });
+        self.data.record.findings.push(Finding::Spoiled { before, after });
         outliers::leave_out_spoiled(film, &state.own[0], [before, after]);
         self.descent = descend_with_noise(&mut self.problem, state);
     }
@@ -210,7 +210,7 @@ impl Run {
                 Finding::Compliance { adopted: false, .. } | Finding::Weight { adopted: false, .. }
             )
         };
-        self.data.findings.extend(effects.into_iter().filter(is_adopted));
+        self.data.record.findings.extend(effects.into_iter().filter(is_adopted));
         let mut estimates = self.estimates()?;
         for _ in 0..MAX_CAUSES {
             let cause = causes::explain(&self.problem, &self.descent.end, &estimates);
@@ -271,7 +271,7 @@ impl Run {
     fn adopt(&mut self, refit: Option<Refit>) -> bool {
         let Some(Refit { problem, descent, finding, .. }) = refit else { return false };
         (self.problem, self.descent) = (problem, descent);
-        self.data.findings.extend(finding);
+        self.data.record.findings.extend(finding);
         true
     }
 
@@ -289,7 +289,7 @@ impl Run {
             let is_vague = id == Id::MuS && as_free.is_some_and(|sd| sd > POLICY.undetermined_mu_s);
             if unknown.mode == Mode::Free && (sd.is_none() || is_vague) {
                 let is_at_bound = !is_vague && unknown.bounds.contains(&value);
-                self.data.findings.push(if is_at_bound {
+                self.data.record.findings.push(if is_at_bound {
                     Finding::AtBound { id, bound: value }
                 } else {
                     Finding::Undetermined { id, sd: as_free.unwrap_or(f64::INFINITY) }
@@ -299,8 +299,6 @@ impl Run {
         if let Some(covariance) = robust_covariance(&self.problem, &self.descent.end, &estimates) {
             estimates.covariance = covariance;
         }
-        let Prepared { findings, left_out, unit, middle, .. } = self.data;
-        let solution = Solution::new(self.problem, self.descent, estimates);
-        Solution { findings, left_out, unit, middle, ..solution }
+        Solution::new(self.problem, self.descent, estimates, self.data.record)
     }
 }

@@ -14,7 +14,7 @@ use super::evaluation::Evaluation;
 use super::findings::Finding;
 use super::minimise::Descent;
 use super::noise::minus_two_log;
-use super::problem::{Problem, Sample, State};
+use super::problem::{Prepared, Problem, Record, Sample, State};
 use super::sums::ShotSums;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode, Normal};
@@ -68,17 +68,10 @@ pub(crate) struct Solution {
     pub(crate) problem: Problem,
     pub(crate) at: Evaluation,
     pub(crate) covariance: Estimates,
-    /// Findings, in the order in which they were made.
-    pub(crate) findings: Vec<Finding>,
-    /// Names and reasons of the shots that are not in the data.
-    pub(crate) left_out: Vec<(String, String)>,
+    pub(crate) record: Record,
     pub(crate) evaluations: usize,
     /// Whether the descent ended at a minimum.
     pub(crate) converged: bool,
-    /// Metres in a unit of length of the film.
-    pub(crate) unit: f64,
-    /// Middle of the impacts in the film, in its unit.
-    pub(crate) middle: [f64; 2],
 }
 
 impl std::fmt::Debug for Solution {
@@ -88,19 +81,21 @@ impl std::fmt::Debug for Solution {
 }
 
 impl Solution {
-    /// Returns the end of a descent of a table as a solution, with the covariance there.
-    pub(crate) fn new(problem: Problem, descent: Descent, covariance: Estimates) -> Self {
+    /// Returns the end of a descent as a solution, with the covariance there.
+    pub(crate) fn new(problem: Problem, descent: Descent, covariance: Estimates, record: Record) -> Self {
         Self {
             evaluations: problem.evaluations.load(Ordering::Relaxed),
             problem,
             at: descent.end,
             covariance,
-            findings: Vec::new(),
-            left_out: Vec::new(),
+            record,
             converged: descent.converged,
-            unit: 1.0,
-            middle: [0.0; 2],
         }
+    }
+
+    /// Returns the data with a search that begins at the solution.
+    pub(crate) fn again(self) -> Prepared {
+        Prepared { problem: self.problem, start: self.at.state, record: self.record }
     }
 
     /// Returns the names of the shots of the first sample.
@@ -159,7 +154,7 @@ impl Solution {
 
     /// Returns the middle of the impacts in the film at its stated scale, m.
     pub(crate) fn origin(&self) -> [f64; 2] {
-        self.middle.map(|x| x * self.unit)
+        self.record.middle.map(|x| x * self.record.unit)
     }
 
     /// Returns the value of an unknown of the first sample, free or held.
@@ -340,12 +335,12 @@ impl Solution {
         };
         let is_of = |finding: &Finding| matches!(finding, Finding::Undetermined { id: of, .. } if *of == id);
         let is_prior = estimate.prior.zip(estimate.std_error).is_some_and(|(prior, sd)| sd > 0.5 * prior.sd);
-        self.findings.iter().any(is_of) || id == Id::MuS && is_prior
+        self.record.findings.iter().any(is_of) || id == Id::MuS && is_prior
     }
 
     /// Returns whether the data contradict the model.
     pub(crate) fn is_refuted(&self) -> bool {
-        self.findings.iter().any(|finding| matches!(finding, Finding::Misfit { refutes: true, .. }))
+        self.record.findings.iter().any(|finding| matches!(finding, Finding::Misfit { refutes: true, .. }))
     }
 
     /// Returns the values of the unknowns `ids` in a fit of shots of the only sample that are drawn

@@ -19,7 +19,7 @@ use crate::numerics::{median, wrap};
 use crate::problem::block::Block;
 use crate::problem::film::camera::Point;
 use crate::problem::film::film_data::{FilmError, Reading, repair_drops};
-use crate::problem::problem::{Prepared, Problem, State};
+use crate::problem::problem::{Prepared, Problem, Record, State};
 use crate::problem::sums::Noise;
 use crate::problem::unknowns::{Id, Own, Shared};
 
@@ -88,7 +88,8 @@ pub(crate) fn prepare_discs(dataset: &Dataset) -> Result<Prepared, FilmError> {
     let block = DiscBlock { shots: Arc::new(shots), discs, has_law: false, noise, spreads };
     let start = State { own: vec![own], shared };
     let problem = Problem::of_one(Block::Discs(block), names, unknowns);
-    Ok(Prepared { problem, start, findings, left_out, unit, middle: middle.into() })
+    let record = Record { findings, left_out, unit, middle: middle.into() };
+    Ok(Prepared { problem, start, record })
 }
 
 impl Guessed {

@@ -16,7 +16,7 @@ use crate::problem::film::priors::list_contact;
 use crate::problem::findings::Finding;
 use crate::problem::minimise::{different, grid};
 use crate::problem::policy::POLICY;
-use crate::problem::problem::State;
+use crate::problem::problem::{Prepared, State};
 use crate::problem::solution::Solution;
 use crate::problem::sums::Scattered;
 use crate::problem::unknowns::{Id, Mode, Unknown};
@@ -47,53 +47,44 @@ pub(crate) struct DiscFit {
 /// # Errors
 /// See [`FilmError`].
 pub(crate) fn fit_discs(dataset: &Dataset) -> Result<DiscFit, FilmError> {
-    let (mut free, impacts) = measure_discs(dataset)?;
+    let (solution, impacts) = measure_discs(dataset)?;
+    let mut free = solution.again();
     let fault = |impact: &DiscImpact| Some((impact.name.clone(), impact.find_fault()?));
-    free.left_out.extend(impacts.iter().filter_map(fault));
-    let is_usable = |name: &String| free.left_out.iter().all(|(other, _)| other != name);
-    let usable: Vec<bool> = free.names().iter().map(is_usable).collect();
+    free.record.left_out.extend(impacts.iter().filter_map(fault));
+    let is_usable = |name: &String| free.record.left_out.iter().all(|(other, _)| other != name);
+    let usable: Vec<bool> = free.problem.samples[0].names.iter().map(is_usable).collect();
     if !usable.contains(&true) {
-        return Err(FilmError::NoImpact(free.left_out));
+        return Err(FilmError::NoImpact(free.record.left_out));
     }
-    keep_shots(&mut free, &usable);
+    free.problem.retain(&mut free.start, &usable);
     let (mut fits, mut compliance) = choose_law(&free, &dataset.settings)?;
     for _ in 0..ROUNDS {
         let keep = judge_shots(&fits[0])?;
         if !keep.contains(&false) {
             break;
         }
-        let names = keep_shots(&mut free, &keep);
-        free.findings.push(Finding::LostShots { names });
+        free.leave_out(&keep);
         (fits, compliance) = choose_law(&free, &dataset.settings)?;
     }
-    free.findings.extend(compliance);
+    free.record.findings.extend(compliance);
     let mut best = fits.remove(0);
     let rivals = fits.into_iter().map(|other| (unlikely(&other) - unlikely(&best), other.at));
     let rivals: Vec<(f64, Evaluation)> = rivals.filter(|(rise, _)| *rise < POLICY.cause).collect();
     for _ in 0..ROUNDS {
         let Some(refit) = explain(&best.problem, &best.at, &best.covariance) else { break };
-        free.findings.extend(refit.finding);
-        best = solve(refit.problem, refit.descent)?;
+        free.record.findings.extend(refit.finding);
+        best = solve(refit.problem, refit.descent, best.record)?;
     }
     let others =
         rivals.into_iter().map(|(rise, at)| Evaluation { cost: best.at.cost + rise, ..at }).collect();
-    let Solution { findings, left_out, unit, middle, .. } = free;
-    let solution = Solution { findings, left_out, unit, middle, ..best };
+    let solution = Solution { record: free.record, ..best };
     Ok(DiscFit { solution, impacts, others })
-}
-
-/// Keeps the shots for which `keep` is true; returns the names of the others.
-fn keep_shots(Solution { problem, at, .. }: &mut Solution, keep: &[bool]) -> Vec<String> {
-    let mut state = at.state.clone();
-    let names = problem.retain(&mut state, keep);
-    *at = problem.evaluate(state);
-    names
 }
 
 /// Returns the minima with the likelier law, the likeliest first, and the finding that its contact
 /// is compliant though that is not stated. A single shot shows no law of friction, nor do shots
 /// whose slip is free.
-fn choose_law(free: &Solution, settings: &Settings) -> Result<(Vec<Solution>, Option<Finding>), FilmError> {
+fn choose_law(free: &Prepared, settings: &Settings) -> Result<(Vec<Solution>, Option<Finding>), FilmError> {
     let block = free.problem.discs().ok_or(FilmError::NoFilm)?;
     let shots = block.shots.len();
     let shows_friction = block.shots.iter().filter(|shot| shot.knows_slip).count() > 1;
@@ -126,8 +117,8 @@ fn choose_law(free: &Solution, settings: &Settings) -> Result<(Vec<Solution>, Op
 
 /// Descends with these unknowns of the law from the likeliest μ of the likeliest values of κ;
 /// returns the minima, the likeliest first.
-fn fit_law(free: &Solution, law: &[Unknown]) -> Result<Vec<Solution>, FilmError> {
-    let (mut problem, mut first) = (free.problem.clone(), free.at.state.clone());
+fn fit_law(free: &Prepared, law: &[Unknown]) -> Result<Vec<Solution>, FilmError> {
+    let (mut problem, mut first) = (free.problem.clone(), free.start.clone());
     problem.discs_mut().ok_or(FilmError::NoFilm)?.has_law = true;
     for unknown in &law[..LAW] {
         *problem.unknown_mut(unknown.id) = *unknown;
@@ -140,7 +131,10 @@ fn fit_law(free: &Solution, law: &[Unknown]) -> Result<Vec<Solution>, FilmError>
     let mut starts: Vec<Evaluation> = grid(&problem, &first).into_iter().filter_map(likeliest).collect();
     starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let starts = starts.into_iter().take(STARTS);
-    let fits = starts.filter_map(|start| settle(problem.clone(), start.state).ok());
+    let fits = starts.filter_map(|start| {
+        let (problem, record) = (problem.clone(), free.record.clone());
+        settle(Prepared { problem, start: start.state, record }).ok()
+    });
     let mut fits: Vec<Solution> = fits.filter(|fit| fit.at.cost.is_finite()).collect();
     fits.sort_by(|a, b| unlikely(a).total_cmp(&unlikely(b)));
     let fits = different(&problem, fits, Solution::state);

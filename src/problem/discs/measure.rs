@@ -15,7 +15,7 @@ use crate::problem::film::outliers::outlying;
 use crate::problem::frames::{PicturePaths, Sight};
 use crate::problem::minimise::{Descent, descend, descend_with_noise};
 use crate::problem::policy::{POLICY, STALL};
-use crate::problem::problem::{Prepared, Problem, State};
+use crate::problem::problem::{Prepared, Problem, Record, State};
 use crate::problem::solution::Solution;
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Mode, Own, Shared};
@@ -43,20 +43,21 @@ const STEPS: usize = 10;
 
 /// Descends with the noise or spreads that residuals show, and again from the end of a descent if
 /// that is not a minimum.
-pub(super) fn settle(mut problem: Problem, state: State) -> Result<Solution, FilmError> {
-    let mut descent = descend_with_noise(&mut problem, state);
+pub(super) fn settle(data: Prepared) -> Result<Solution, FilmError> {
+    let Prepared { mut problem, start, record } = data;
+    let mut descent = descend_with_noise(&mut problem, start);
     for _ in 0..ROUNDS {
         if !descent.converged {
             descent = descend_with_noise(&mut problem, descent.end.state);
         }
     }
-    solve(problem, descent)
+    solve(problem, descent, record)
 }
 
 /// Returns the solution at the end of a descent.
-pub(super) fn solve(problem: Problem, descent: Descent) -> Result<Solution, FilmError> {
+pub(super) fn solve(problem: Problem, descent: Descent, record: Record) -> Result<Solution, FilmError> {
     let covariance = Estimates::new(&problem, &descent.end).ok_or(FilmError::Undetermined)?;
-    Ok(Solution::new(problem, descent, covariance))
+    Ok(Solution::new(problem, descent, covariance, record))
 }
 
 /// Measures the shots of the films of a data set that show an impact of its discs: e, J_t/J_n,
@@ -66,8 +67,7 @@ pub(super) fn solve(problem: Problem, descent: Descent) -> Result<Solution, Film
 /// # Errors
 /// See [`FilmError`].
 pub(crate) fn measure_discs(dataset: &Dataset) -> Result<(Solution, Vec<DiscImpact>), FilmError> {
-    let Prepared { mut problem, start: mut state, findings, mut left_out, unit, middle } =
-        prepare_discs(dataset)?;
+    let Prepared { mut problem, start: mut state, record } = prepare_discs(dataset)?;
     problem.unknowns[..LAW].iter_mut().for_each(|unknown| unknown.mode = Mode::Fixed);
     let few = usize::from(state.own[0].len() < LEAST_SHOTS);
     let free = problem.free();
@@ -92,25 +92,26 @@ pub(crate) fn measure_discs(dataset: &Dataset) -> Result<(Solution, Vec<DiscImpa
         block.choose_frames(&state, LEFT_OUT);
         state = descend(&problem, problem.evaluate(state), &free, (STEPS, STALL)).end.state;
     }
-    let mut solution = settle(problem, state)?;
+    let mut solution = settle(Prepared { problem, start: state, record })?;
     while let Some(block) = solution.problem.discs_mut()
         && block.come_nearer()
     {
         block.choose_frames(&solution.at.state, LEFT_OUT);
-        solution = settle(solution.problem, solution.at.state)?;
+        solution = settle(solution.again())?;
     }
-    let mut impacts = list_impacts(&solution, (unit, middle.into()))?;
+    let mut impacts = list_impacts(&solution)?;
     let radii = solution.problem.discs().and_then(|block| block.discs.radii);
     impacts.retain(|impact| {
         let fault = impact.find_unusable(radii);
-        left_out.extend(fault.iter().map(|fault| (impact.name.clone(), fault.to_string())));
+        let left_out = fault.iter().map(|fault| (impact.name.clone(), fault.to_string()));
+        solution.record.left_out.extend(left_out);
         fault.is_none()
     });
     if impacts.is_empty() {
-        return Err(FilmError::NoImpact(left_out));
+        return Err(FilmError::NoImpact(solution.record.left_out));
     }
     find_doubts(&mut impacts);
-    Ok((Solution { unit, middle, findings, left_out, ..solution }, impacts))
+    Ok((solution, impacts))
 }
 
 impl DiscBlock {
@@ -192,8 +193,8 @@ impl DiscBlock {
     }
 }
 
-/// Returns the table of what was measured, of a film with this unit in metres and this middle.
-fn list_impacts(solution: &Solution, film: (f64, Point)) -> Result<Vec<DiscImpact>, FilmError> {
+/// Returns the table of what was measured.
+fn list_impacts(solution: &Solution) -> Result<Vec<DiscImpact>, FilmError> {
     let (block, end) = (solution.problem.discs().ok_or(FilmError::NoFilm)?, &solution.at);
     let reduced = end.reduced().ok_or(FilmError::Undetermined)?;
     let mut with_all = block.clone();
@@ -238,7 +239,7 @@ fn list_impacts(solution: &Solution, film: (f64, Point)) -> Result<Vec<DiscImpac
                 Camera::new(&end.state.shared),
                 block.shots[i].fps,
             ),
-            film,
+            film: (solution.record.unit, solution.record.middle.into()),
         })
     };
     let impacts = (0..block.shots.len()).map(impact).collect::<Option<Vec<_>>>();

@@ -26,7 +26,7 @@ use crate::problem::findings::Finding;
 use crate::problem::frames::Frame;
 use crate::problem::loss::ShotLoss;
 use crate::problem::policy::Choices;
-use crate::problem::problem::{Prepared, Problem, State};
+use crate::problem::problem::{Prepared, Problem, Record, State};
 use crate::problem::sums::Noise;
 use crate::problem::unknowns::{Id, Own, Shared, Unknown};
 
@@ -106,7 +106,8 @@ pub(crate) fn prepare_film(dataset: &Dataset, choices: &Choices) -> Result<Prepa
     };
     let start = State { own: vec![own], shared: Shared::starts(&unknowns) };
     let problem = Problem::of_one(Block::Film(block), names, unknowns);
-    Ok(Prepared { problem, start, findings, left_out, unit, middle: middle.into() })
+    let record = Record { findings, left_out, unit, middle: middle.into() };
+    Ok(Prepared { problem, start, record })
 }
 
 /// A shot that can be fitted.

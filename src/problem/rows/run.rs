@@ -45,9 +45,9 @@ pub(crate) fn fit_rows(dataset: &Dataset, choices: &Choices) -> Result<FitEnd, R
     let is_auto = choices.fidelity.is_none();
     let how = (is_auto, dataset.settings.compliance);
     let effects = choose_effects(&mut table.problem, &mut descent, how);
-    table.findings.extend(effects);
+    table.record.findings.extend(effects);
     if let Some(explained) = explain(&table.problem, &descent.end).filter(|_| is_auto) {
-        table.findings.extend(explained.finding);
+        table.record.findings.extend(explained.finding);
         (table.problem, descent) = (explained.problem, explained.descent);
     }
     let mut others = Vec::new();
@@ -110,7 +110,7 @@ fn integrate_spins(problem: &Problem, at: &Evaluation) -> Option<Evaluation> {
 
 /// Computes what is known at a minimum, besides the ends of descents from elsewhere.
 fn finish(table: Prepared, (descent, others): (Descent, Vec<Evaluation>), choices: &Choices) -> FitEnd {
-    let Prepared { problem, start, left_out, findings, .. } = table;
+    let Prepared { problem, start, record } = table;
     let (mut covariance, undetermined) = determine(&problem, &descent.end);
     let noises = list_noises(&problem, &descent.end, &covariance);
     let is_robust = problem.is_robust();
@@ -119,11 +119,11 @@ fn finish(table: Prepared, (descent, others): (Descent, Vec<Evaluation>), choice
         covariance.covariance = scattered;
         dof = Some((start.own[0].len() as f64 - covariance.columns.len() as f64).max(1.0));
     }
-    let mut solution = Solution { findings, left_out, ..Solution::new(problem, descent, covariance) };
+    let mut solution = Solution::new(problem, descent, covariance, record);
     let refuted = refutes(solution.at.cost, solution.dof() as f64);
     let refuted = refuted.filter(|_| noises.is_empty() && !is_robust);
     if let Some(ratio) = refuted {
-        solution.findings.push(Finding::Misfit { ratio, refutes: true });
+        solution.record.findings.push(Finding::Misfit { ratio, refutes: true });
     }
     let as_free = errors_as_free(&solution.problem, &solution.at, &undetermined).filter(|_| !is_robust);
     let as_free = as_free.unwrap_or_else(|| solution.covariance.clone());

@@ -19,7 +19,7 @@ use crate::problem::film::own::MOVING;
 use crate::problem::film::priors::list_contact;
 use crate::problem::noise::MIN_DOF_OF_NOISE;
 use crate::problem::policy::{Choices, POLICY};
-use crate::problem::problem::{Prepared, Problem, Sample, State};
+use crate::problem::problem::{Prepared, Problem, Record, Sample, State};
 use crate::problem::sums::{Noise, NoiseSums};
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
@@ -89,7 +89,8 @@ pub(crate) fn prepare_table(dataset: &Dataset, choices: &Choices) -> Result<Prep
     if let Some(rows) = problem.rows_mut() {
         rows.guess_noise(&at.noises(0));
     }
-    Ok(Prepared { problem, start, findings: Vec::new(), left_out, unit: 1.0, middle: [0.0; 2] })
+    let record = Record { findings: Vec::new(), left_out, unit: 1.0, middle: [0.0; 2] };
+    Ok(Prepared { problem, start, record })
 }
 
 /// Gives the observables of a unit noises of their own if their variances differ by more than

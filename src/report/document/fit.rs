@@ -78,7 +78,7 @@ document! {
         /// (of scale, aspect and object_scale 1) has no effect. estimate and std_error; of
         /// dropped_frames the number of shots with drops and of drops; of left_out_at_impacts the
         /// number of frames before and after each impact.
-        film: Option<ByName<FilmEntry>> = fit.camera.as_ref().map(|camera| film(camera, &fit.solution.findings)),
+        film: Option<ByName<FilmEntry>> = fit.camera.as_ref().map(|camera| film(camera, &fit.solution.record.findings)),
         /// Every unknown that all shots share and that was free: of contact, balls, cloth, time and
         /// camera.
         unknowns: Vec<Unknown> = each(&fit.solution.estimates(), Unknown::new),
