@@ -114,7 +114,6 @@ impl<'a> Fitted<'a> {
             shots_rejected: rejected,
             disc_shots: Vec::new(),
             scatter: None,
-            friction_curve: Vec::new(),
             camera: solution.is_film().then(|| FoundCamera::of_film(&solution, dataset)),
             residuals,
             frames: None,

@@ -7,7 +7,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::common::Fitted;
 use super::deviations::whiten;
 use super::request::Request;
-use super::{Depth, Fit, FitError, Remark, Scatter, Status, doubts, film_words};
+use super::{Depth, Fit, FitError, Remark, Scatter, doubts, film_words};
 use crate::measurement::observable::{Measured, Observable};
 use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
@@ -15,11 +15,6 @@ use crate::problem::{Component, Deviations, DiscFit, FitEnd, Id, MUS, ShiftScore
 
 /// Number of shots that show how much shots differ.
 const LEAST_SHOTS: usize = 3;
-
-/// Number of slips of a curve, enough to place its bends within a hundredth of its length.
-const POINTS: usize = 120;
-/// Length of a curve divided by the largest slip.
-const CURVE_EXTENSION: f64 = 1.08;
 
 /// Fits films of discs.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
@@ -62,7 +57,6 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
         ..fitted.fit()
     };
     (fit.diagnostics.robust, fit.diagnostics.has_rival) = (None, !disc_fit.others.is_empty());
-    fit.friction_curve = friction_curve(&fit);
     doubts::comment(&mut fit, &dataset, &[], false, notes(&disc_fit));
     Ok(fit)
 }
@@ -132,17 +126,4 @@ fn notes(found: &DiscFit) -> Vec<Remark> {
         differ.then(|| film_words::note("measured/scatter-of-shots", context! { quantities })),
     ];
     all.into_iter().flatten().collect()
-}
-
-/// Returns points of J_t/J_n of a fit against the slip over the closing speed, from 0 on, at a
-/// typical closing speed; empty if the shots do not determine the friction.
-fn friction_curve(fit: &Fit) -> Vec<[f64; 2]> {
-    let is_determined = fit.get(Parameter::Mu).is_some_and(|mu| mu.status != Status::NotIdentified);
-    let all = |quantity| fit.disc_shots.iter().filter_map(move |shot| shot.get(quantity));
-    let largest = all("slip_ratio").map(|slip| slip.value.abs()).fold(0.0, f64::max);
-    let closing =
-        all("closing_speed").map(|speed| speed.value).sum::<f64>() / fit.disc_shots.len().max(1) as f64;
-    let against = |slip: f64| Some([slip, -fit.solution.impulse_ratio([closing, slip * closing])?]);
-    let points = (0..=POINTS).map(|i| against(CURVE_EXTENSION * largest * i as f64 / POINTS as f64));
-    points.collect::<Option<Vec<_>>>().filter(|_| is_determined && largest > 0.0).unwrap_or_default()
 }

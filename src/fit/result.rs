@@ -56,8 +56,6 @@ pub struct Fit {
     pub(crate) disc_shots: Vec<DiscImpact>,
     /// Differences of shots of discs beyond the errors of their frames, a part of the errors.
     pub(crate) scatter: Option<Scatter>,
-    /// J_t/J_n of discs against the slip over the closing speed, as fitted; empty if undetermined.
-    pub(crate) friction_curve: Vec<[f64; 2]>,
     /// The camera of footage as it was fitted, and what else was found of the film.
     pub(crate) camera: Option<FoundCamera>,
     /// Whether the shots were filmed, and not measured as impacts or angles.

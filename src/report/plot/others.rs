@@ -15,6 +15,11 @@ use crate::report::{Budget, speed_unit, title};
 use crate::studies::accuracy::{Includes, Row};
 use crate::words::symbol;
 
+/// Number of slips of a curve, enough to place its bends within a hundredth of its length.
+const POINTS: usize = 120;
+/// Length of a curve divided by the largest slip.
+const CURVE_EXTENSION: f64 = 1.08;
+
 /// Returns e of discs against the closing speed, and J_t/J_n against the slip, each with what was
 /// fitted; an empty figure of balls, and if no shot has what it shows.
 pub(in crate::report) fn discs(fit: &Fit) -> Figure {
@@ -45,7 +50,7 @@ pub(in crate::report) fn discs(fit: &Fit) -> Figure {
     let e_curve = fitted(Parameter::E);
     let e_curve =
         e_curve.map(|e| [0.0, 1.05 * fastest].map(|speed| [speed, e.value - slope * speed]).to_vec());
-    let curves = [e_curve.unwrap_or_default(), fit.friction_curve.clone()];
+    let curves = [e_curve.unwrap_or_default(), friction_curve(fit)];
     let scatter = fit.scatter.filter(|scatter| scatter.is_estimated).unwrap_or_default();
     let speed = format!("closing speed ({})", fit.discs.as_ref().map_or("m/s", speed_unit));
     let meanings = [
@@ -74,6 +79,19 @@ pub(in crate::report) fn discs(fit: &Fit) -> Figure {
     }
     figure.add_rows(500, 2, panels);
     figure
+}
+
+/// Returns points of J_t/J_n of a fit against the slip over the closing speed, from 0 on, at a
+/// typical closing speed; empty if the shots do not determine the friction.
+fn friction_curve(fit: &Fit) -> Vec<[f64; 2]> {
+    let is_determined = fit.get(Parameter::Mu).is_some_and(|mu| mu.status != Status::NotIdentified);
+    let all = |quantity| fit.disc_shots.iter().filter_map(move |shot| shot.get(quantity));
+    let largest = all("slip_ratio").map(|slip| slip.value.abs()).fold(0.0, f64::max);
+    let closing =
+        all("closing_speed").map(|speed| speed.value).sum::<f64>() / fit.disc_shots.len().max(1) as f64;
+    let against = |slip: f64| Some([slip, -fit.solution.impulse_ratio([closing, slip * closing])?]);
+    let points = (0..=POINTS).map(|i| against(CURVE_EXTENSION * largest * i as f64 / POINTS as f64));
+    points.collect::<Option<Vec<_>>>().filter(|_| is_determined && largest > 0.0).unwrap_or_default()
 }
 
 /// Returns what makes up the variances of μ, μ_s and e, as bars.
