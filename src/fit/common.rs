@@ -32,14 +32,10 @@ const HARMLESS: f64 = 0.05;
 
 /// The end of a fit, and what follows from the kind of its data.
 pub(super) struct Fitted<'a> {
-    pub(crate) request: Request<'a>,
+    request: Request<'a>,
     end: &'a FitEnd,
-    pub(crate) deviations: Vec<Option<Deviations>>,
-    pub(crate) estimates: Vec<Estimate>,
-    /// χ² that is tested, its degrees of freedom, and whether its noise is stated.
-    pub(crate) chi2: f64,
-    pub(crate) dof: f64,
-    pub(crate) is_stated: bool,
+    deviations: Vec<Option<Deviations>>,
+    estimates: Vec<Estimate>,
     trends: Vec<Trend>,
 }
 
@@ -95,6 +91,7 @@ impl<'a> Fitted<'a> {
         let drawn = estimates.iter().filter(|estimate| drawn.contains(&estimate.parameter));
         let drawn: Vec<&Estimate> = drawn.filter(|_| options.depth >= Depth::Everything).collect();
         let residuals = residuals(solution.names(), &self.deviations);
+        let is_of_discs = solution.problem.discs().is_some();
         Fit {
             dataset: dataset.name.clone(),
             group: group.cloned(),
@@ -102,14 +99,14 @@ impl<'a> Fitted<'a> {
             source: dataset.source.clone(),
             ball: dataset.ball,
             object: dataset.object,
-            discs: None,
-            sliding: dataset.sliding,
-            rolling: dataset.rolling,
+            discs: dataset.tracks.as_ref().and_then(|tracks| tracks.discs),
+            sliding: solution.measured(Id::MuK).or(dataset.sliding),
+            rolling: solution.measured(Id::MuR).or(dataset.rolling),
             fidelity: options.fidelity.map_or("auto", Fidelity::name),
             footage: dataset.tracks.is_some(),
             correlation: correlation(&estimates, &covariance),
-            chi2: solution.chi2_of_data().0 + solution.prior_chi2(),
-            dof: solution.dof(),
+            chi2: if is_of_discs { goodness.chi2 } else { solution.chi2_of_data().0 + solution.prior_chi2() },
+            dof: if is_of_discs { goodness.dof } else { solution.dof() },
             noise: noise_of(observables(&self.deviations), &residuals, &end.noises),
             shots_rejected: rejected,
             disc_shots: Vec::new(),
@@ -137,10 +134,22 @@ impl<'a> Fitted<'a> {
 
     /// Returns whether model and noise describe the residuals.
     fn goodness(&self) -> Goodness {
-        let &Self { chi2, dof, ref trends, .. } = self;
+        let (solution, wanted) = (&self.end.solution, self.contact().len());
         let standardized: Vec<f64> = self.deviations.iter().flatten().flat_map(whiten).collect();
+        let is_of_discs = solution.problem.discs().is_some();
+        let (chi2, dof) = if is_of_discs {
+            let chi2 = standardized.iter().map(|x| x * x).sum();
+            (chi2, standardized.len().saturating_sub(wanted) as f64)
+        } else if solution.is_film() {
+            let (chi2, observations) = solution.chi2_of_data();
+            let unknowns = solution.own_count() as f64 + solution.covariance.count_data(&solution.problem);
+            (chi2, (observations - unknowns).max(0.0))
+        } else {
+            (solution.at.cost, solution.dof() as f64)
+        };
+        let is_stated = solution.states_noise() && solution.weights().is_empty() && !is_of_discs;
         let chance = ChiSquared::new(dof).ok().map(|distribution| distribution.sf(chi2));
-        let p_value = chance.filter(|_| self.is_stated);
+        let p_value = chance.filter(|_| is_stated);
         let noise_factor = p_value.map(|_| (chi2 / dof).sqrt());
         let improbable = POLICY.improbable;
         let noise = match p_value {
@@ -150,11 +159,11 @@ impl<'a> Fitted<'a> {
             Some(_) => NoiseVerdict::Explains,
         };
         // the median of F(p, n − p)
-        let wanted = self.contact().len() as f64;
+        let wanted = wanted as f64;
         let distribution = FisherSnedecor::new(wanted, standardized.len() as f64 - wanted).ok();
         let influential_from = distribution.map(|f| f.inverse_cdf(0.5)).filter(|x| x.is_finite());
         Goodness {
-            counted: if self.end.solution.problem.film().is_some() {
+            counted: if solution.problem.film().is_some() {
                 Counted::Coordinates
             } else {
                 Counted::of(self.deviations.iter().flatten().flat_map(|found| &found.observables))
@@ -164,7 +173,7 @@ impl<'a> Fitted<'a> {
             p_value,
             noise,
             noise_factor,
-            trends: trends.clone(),
+            trends: self.trends.clone(),
             normality: normality_of(&standardized),
             influence: self.influence(influential_from),
             influential_from,
@@ -180,25 +189,9 @@ impl<'a> Fitted<'a> {
         deviations: Vec<Option<Deviations>>,
         chance: impl Fn(&Slope, &[Option<ShiftScore>]) -> Option<f64>,
     ) -> Self {
-        let solution = &end.solution;
-        let estimates = end.estimates(&parameters(solution, settings), settings);
-        let (chi2, dof) = if solution.is_film() {
-            let (chi2, observations) = solution.chi2_of_data();
-            let unknowns = solution.own_count() as f64 + solution.covariance.count_data(&solution.problem);
-            (chi2, (observations - unknowns).max(0.0))
-        } else {
-            (solution.at.cost, solution.dof() as f64)
-        };
-        Self {
-            chi2,
-            dof,
-            is_stated: solution.states_noise() && solution.weights().is_empty(),
-            trends: trends(solution, &deviations, chance),
-            request,
-            end,
-            deviations,
-            estimates,
-        }
+        let estimates = end.estimates(&parameters(&end.solution, settings), settings);
+        let trends = trends(&end.solution, &deviations, chance);
+        Self { request, end, deviations, estimates, trends }
     }
 
     fn rejected(&self) -> Vec<Rejected> {
@@ -286,7 +279,9 @@ fn parameters(solution: &Solution, settings: &Settings) -> Vec<Parameter> {
         let decides = if *p == Parameter::C { Parameter::B } else { *p };
         solution.value(Id::from(decides)) != 0.0 && !p.is_of_balls()
     };
-    Parameter::ALL.into_iter().filter(|p| settings.has(*p) || extra(p)).collect()
+    let is_of_discs = solution.problem.discs().is_some();
+    let is_absent = |p: &Parameter| is_of_discs && (*p == Parameter::MuS || p.is_of_balls());
+    Parameter::ALL.into_iter().filter(|p| (settings.has(*p) || extra(p)) && !is_absent(p)).collect()
 }
 
 /// Returns a row for each of some observables, with the noises that were estimated.

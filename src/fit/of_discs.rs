@@ -5,7 +5,6 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::common::Fitted;
-use super::deviations::whiten;
 use super::request::Request;
 use super::{Depth, Fit, FitError, Remark, Scatter, doubts, film_words};
 use crate::measurement::observable::{Measured, Observable};
@@ -33,25 +32,17 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let end = FitEnd::of_frames(solution.clone(), settings, (dof, disc_fit.others.clone()), profiles);
     let deviations = deviations(&disc_fit, end.undetermined.contains(&Id::Mu));
     let request = Request { dataset: &dataset, ..request };
-    let mut fitted = Fitted::new(request, settings, &end, deviations, chance);
-    fitted.estimates.retain(|e| e.parameter != Parameter::MuS && !e.parameter.is_of_balls());
-    let standardized: Vec<f64> = fitted.deviations.iter().flatten().flat_map(whiten).collect();
-    let chi2 = standardized.iter().map(|x| x * x).sum();
-    let dof = standardized.len().saturating_sub(fitted.contact().len());
-    (fitted.chi2, fitted.dof, fitted.is_stated) = (chi2, dof as f64, false);
+    let fitted = Fitted::new(request, settings, &end, deviations, chance);
     let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
     let distance = discs.and_then(|discs| discs.radii).map(|[first, second]| first + second);
     let [restitution, impulse_ratio, ..] = disc_fit.scatter();
     let mut fit = Fit {
-        chi2,
-        dof,
         ball: Ball {
             radius: 0.5 * distance.unwrap_or_else(|| solution.value(Id::ContactDistance)),
             mass: 1.0,
             inertia: discs.map_or(Ball::POOL.inertia, |discs| discs.inertia),
         },
         object: None,
-        discs,
         disc_shots: impacts.clone(),
         scatter: Some(Scatter { restitution, impulse_ratio, is_estimated: shots >= LEAST_SHOTS }),
         ..fitted.fit()

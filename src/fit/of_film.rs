@@ -9,7 +9,7 @@ use super::request::Request;
 use super::{Depth, Fit, FitError, doubts, film_words};
 use crate::measurement::dataset::Shot;
 use crate::measurement::spin::Spin;
-use crate::problem::{FitEnd, Id, fit_film};
+use crate::problem::{FitEnd, fit_film};
 
 /// Fits all frames of a film.
 pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
@@ -31,12 +31,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let profiles = request.options.depth >= Depth::Intervals;
     let end = FitEnd::of_frames(Arc::clone(&film.solution), &settings, (None, Vec::new()), profiles);
     let fitted = Fitted::new(request, &settings, &end, deviations, |slope, _| Some(slope.p_value));
-    let mut fit = Fit {
-        sliding: film.solution.measured(Id::MuK),
-        rolling: film.solution.measured(Id::MuR),
-        frames: Some(film.clone()),
-        ..fitted.fit()
-    };
+    let mut fit = Fit { frames: Some(film.clone()), ..fitted.fit() };
     let shots: Vec<&Shot> = film.impacts.iter().map(|impact| &impact.shot).collect();
     let has_topspin = film.solution.topspins().iter().any(|topspin| *topspin > 0.5 * DIFFERS);
     doubts::comment(&mut fit, dataset, &shots, has_topspin, film_words::of_film(&film));
