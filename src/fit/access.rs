@@ -27,7 +27,7 @@ impl Fit {
 
     /// Returns −2 log L at the minimum up to a constant, greatest over noises that are not stated.
     pub fn minus_two_log(&self) -> f64 {
-        self.solution.minus_two_log().0
+        self.solution.minus_two_log()
     }
 
     /// Returns the degrees of freedom: measured numbers less all unknowns that they determine.

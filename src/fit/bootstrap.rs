@@ -64,11 +64,8 @@ pub(in crate::fit) fn draw(
     let estimates = free.iter().zip(&ids).enumerate().filter_map(|(column, (parameter, id))| {
         let mut values: Vec<f64> = all.iter().flatten().map(|x| x[column]).collect();
         values.sort_by(f64::total_cmp);
-        let change = |shot: &Option<ShotInfluence>| {
-            let changes = &shot.as_ref()?.changes;
-            changes.iter().find(|(of, _)| of == id).map(|(_, by)| *by)
-        };
-        let jackknife: Vec<f64> = influence.iter().map(|shot| change(shot).unwrap_or(0.0)).collect();
+        let change = |shot: &Option<ShotInfluence>| shot.as_ref().map_or(0.0, |shot| shot.change(*id));
+        let jackknife: Vec<f64> = influence.iter().map(change).collect();
         Some((*parameter, summary(&values, solution.value(*id), &jackknife)?))
     });
     Bootstrap { replicates, seed, failed, estimates: estimates.collect() }

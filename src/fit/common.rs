@@ -252,12 +252,12 @@ impl<'a> Fitted<'a> {
             let Some(found) = found else {
                 return Influence { shot, leverage: 1.0, cook: f64::INFINITY, shifts: Vec::new() };
             };
-            let change = |id: &Id| found.changes.iter().find(|(of, _)| of == id).map_or(0.0, |(_, by)| *by);
-            let changes = DVector::from_iterator(wanted.len(), wanted.iter().map(change));
+            let changes = wanted.iter().map(|id| found.change(*id));
+            let changes = DVector::from_iterator(wanted.len(), changes);
             let cook = changes.dot(&(&information * &changes)) / wanted.len() as f64;
             let shift = |estimate: &Estimate| {
                 let id = Id::from(estimate.parameter);
-                Some((estimate.parameter, change(&id) / solution.get(id)?.std_error?))
+                Some((estimate.parameter, found.change(id) / solution.get(id)?.std_error?))
             };
             let shifts = self.estimates.iter().filter_map(shift).collect();
             Influence { shot, leverage: found.leverage, cook, shifts }

@@ -127,13 +127,12 @@ impl Run {
             let mut state = run.descent.end.state.clone();
             // wrong frames are left out before shots are judged; by a robust loss wrong shots count
             // less
-            let keep = if round == 0 || run.problem.is_robust() {
-                vec![true; run.count_shots()]
-            } else {
+            let mut keep = Vec::new();
+            if round > 0 && !run.problem.is_robust() {
                 let distances = run.distances();
                 let distance = |i: usize| distances[i].unwrap_or(0.0);
-                judge_shots(&run.descent.end.shots[0], distance, f64::MIN_POSITIVE)
-            };
+                keep = judge_shots(&run.descent.end.shots[0], distance, f64::MIN_POSITIVE);
+            }
             let frames = run.leave_out_frames(&state);
             if keep.contains(&false) {
                 run.problem.retain(&mut state, &keep);

@@ -62,6 +62,13 @@ pub(crate) struct ShotInfluence {
     pub(crate) changes: Vec<(Id, f64)>,
 }
 
+impl ShotInfluence {
+    /// Returns the change of an estimate if the shot were left out.
+    pub(crate) fn change(&self, id: Id) -> f64 {
+        self.changes.iter().find(|(of, _)| *of == id).map_or(0.0, |(_, by)| *by)
+    }
+}
+
 /// A minimum of a problem, and what is known there.
 #[derive(Clone)]
 pub(crate) struct Solution {
@@ -247,13 +254,9 @@ impl Solution {
         Some([x.min(limit), x.max(limit)])
     }
 
-    /// Returns −2 log L up to a constant, greatest over the noises that are not stated, and the
-    /// number of unknowns and noises that were estimated.
-    pub fn minus_two_log(&self) -> (f64, usize) {
-        let is_estimated = |sample: &&Sample| sample.block.estimates_noise();
-        let noises =
-            self.problem.samples.iter().filter(is_estimated).map(|sample| sample.block.noises().len());
-        (minus_two_log(&self.problem, &self.at), self.problem.free().len() + noises.sum::<usize>())
+    /// Returns −2 log L up to a constant, greatest over the noises that are not stated.
+    pub fn minus_two_log(&self) -> f64 {
+        minus_two_log(&self.problem, &self.at)
     }
 
     /// Returns χ² of the data alone, and the number of measured numbers in it.

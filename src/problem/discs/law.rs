@@ -144,7 +144,7 @@ fn fit_law(free: &Prepared, law: &[Unknown]) -> Result<Vec<Solution>, FilmError>
 /// Returns −2 log L up to a constant, with the own unknowns integrated.
 fn unlikely(fit: &Solution) -> f64 {
     let reduced = fit.at.reduced();
-    fit.minus_two_log().0 + reduced.map_or(f64::INFINITY, |reduced| reduced.own_ln_determinant)
+    fit.minus_two_log() + reduced.map_or(f64::INFINITY, |reduced| reduced.own_ln_determinant)
 }
 
 /// Returns whether each shot is kept: its e and J_t/J_n, momentum, spins and distance differ from

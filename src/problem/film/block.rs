@@ -62,10 +62,15 @@ impl FilmBlock {
         }
         // ½ · 0.1 g t²
         let reach = (2.0 * COARSE_SD / (0.1 * GRAVITY)).sqrt();
+        self.keep_frames(own, |away, fps| away.abs() < reach.max(COARSE_FRAMES as f64 / fps));
+    }
+
+    /// Leaves out the frames for which `is_kept` is false, given their time after the impact, s, and
+    /// their rate.
+    pub(super) fn keep_frames(&mut self, own: &[Own], is_kept: impl Fn(f64, f64) -> bool) {
         for (shot, own) in Arc::make_mut(&mut self.shots).iter_mut().zip(own) {
-            let reach = reach.max(COARSE_FRAMES as f64 / shot.fps);
             for frame in Arc::make_mut(&mut shot.tracks).iter_mut().flatten() {
-                frame.used &= (frame.time - own[own::TIME]).abs() < reach;
+                frame.used &= is_kept(frame.time - own[own::TIME], shot.fps);
             }
         }
     }

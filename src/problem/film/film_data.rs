@@ -10,7 +10,7 @@ use super::filmed::{FilmBlock, FilmedShot};
 use super::impact::Contact;
 use super::marker_rotation::MarkerTrack;
 use super::own::{self, SCATTERED};
-use super::priors::{list_camera, list_unknowns};
+use super::priors::list_unknowns;
 use super::spins::{ShotSpin, first_spreads};
 use crate::film::corners::{leave_out_after_cushion, leave_out_before_cushion};
 use crate::film::meeting::Meeting;
@@ -28,7 +28,7 @@ use crate::problem::loss::ShotLoss;
 use crate::problem::policy::Choices;
 use crate::problem::problem::{Prepared, Problem, Record, State};
 use crate::problem::sums::Noise;
-use crate::problem::unknowns::{Id, Own, Shared, Unknown};
+use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Ratio of lengths to those expected, less 1, beyond which they are in another unit than stated,
 /// or those of two films by another camera.
@@ -76,7 +76,8 @@ pub(crate) fn prepare_film(dataset: &Dataset, choices: &Choices) -> Result<Prepa
         findings.push(Finding::OtherUnit { factor: unit, stated: !tracks.from_balls });
     }
     findings.extend(refute_noise(&mut shots, unit));
-    let middle = shots.iter().map(Guessed::contact_middle).sum::<Point>() / shots.len() as f64;
+    let contact = |shot: &Guessed| (shot.guess.before(0)[0] + shot.guess.before(1)[0]) * 0.5;
+    let middle = shots.iter().map(contact).sum::<Point>() / shots.len() as f64;
     let states_noise = shots.iter().all(|shot| shot.track.states_noise());
     let sd = unit * median(shots.iter().map(|shot| frame_noise::noise(&shot.track)).collect());
     let rho = shots[0].track.correlation;
@@ -84,13 +85,12 @@ pub(crate) fn prepare_film(dataset: &Dataset, choices: &Choices) -> Result<Prepa
     let names: Vec<String> = shots.iter().map(|shot| shot.track.name.clone()).collect();
     let read = |shot: &Guessed| shot.read(middle, unit, states_noise, ball.radius);
     let (mut shots, mut own): (Vec<FilmedShot>, Vec<Own>) = shots.iter().map(read).unzip();
-    let mut unknowns = Unknown::list();
-    list_camera(&mut unknowns, tracks);
-    let camera = Camera::new(&Shared::starts(&unknowns));
+    let settings = dataset.settings_of_balls();
+    let camera = Camera::new(&Shared::starts(&list_unknowns(&settings, tracks, &[])));
     let measured = shots.par_iter_mut().zip(&mut own);
     measured.for_each(|(shot, own)| shot.measure_spins(own, camera, ball.radius));
     let spins: Vec<ShotSpin> = shots.iter().map(|shot| shot.spin).collect();
-    let mut unknowns = list_unknowns(&dataset.settings_of_balls(), tracks, &spins);
+    let mut unknowns = list_unknowns(&settings, tracks, &spins);
     if unit != 1.0 {
         unknowns[Id::Scale as usize].prior = None;
     }
@@ -138,11 +138,6 @@ fn guess_all(shots: Vec<TrackShot>, from_balls: bool, left_out: &mut Vec<(String
 }
 
 impl Guessed {
-    /// Returns the middle between the centres of both balls at the impact, in the unit of the film.
-    fn contact_middle(&self) -> Point {
-        (self.guess.before(0)[0] + self.guess.before(1)[0]) * 0.5
-    }
-
     /// Returns the shot in metres from the middle, with the spin that is stated, and the first guess
     /// of its own unknowns. The radius is in metres.
     fn read(&self, middle: Point, unit: f64, states_noise: bool, radius: f64) -> (FilmedShot, Own) {

@@ -88,35 +88,17 @@ impl Parting {
     }
 }
 
-impl Input {
-    /// Returns the shared unknown that an input is; `None` of the motion of the cue ball.
-    pub(in crate::problem) fn shared(self) -> Option<Id> {
-        Some(match self {
-            Self::Mu => Id::Mu,
-            Self::MuS => Id::MuS,
-            Self::E => Id::E,
-            Self::B => Id::FallB,
-            Self::C => Id::FallC,
-            Self::Kappa => Id::Kappa,
-            Self::MassRatio => Id::MassRatio,
-            Self::RadiusRatio => Id::RadiusRatio,
-            Self::ESlope => Id::ESlope,
-            Self::VelocityX | Self::VelocityY | Self::SpinX | Self::SpinY | Self::SpinZ => return None,
-        })
-    }
-}
-
 /// Values of the inputs of a collision.
 type InputValues = SVector<f64, { Input::COUNT }>;
 
-/// Returns the inputs of a collision with a cue ball of this radius, with their derivatives.
+/// Returns the inputs of a collision with a cue ball of this radius, with their derivatives, in the
+/// order of [`Input`].
 fn inputs(cue: &Side, shared: &Shared, radius: f64) -> [Dual; Input::COUNT] {
+    let [mu, mu_s, e] = [Id::Mu, Id::MuS, Id::E].map(|id| shared.dual(id));
+    let others = [Id::FallB, Id::FallC, Id::Kappa, Id::MassRatio, Id::RadiusRatio, Id::ESlope];
+    let [b, c, kappa, masses, radii, slope] = others.map(|id| shared.dual(id));
     let [x, y, z] = cue.spin.map(|spin| spin / radius);
-    let motion = [cue.velocity.x, cue.velocity.y, x, y, z];
-    Input::ALL.map(|input| match input.shared() {
-        Some(id) => shared.dual(id),
-        None => motion[input as usize - Input::VelocityX as usize],
-    })
+    [mu, mu_s, e, cue.velocity.x, cue.velocity.y, x, y, z, b, c, kappa, masses, radii, slope]
 }
 
 fn coefficients(shared: &Shared) -> Coefficients {

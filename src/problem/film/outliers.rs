@@ -141,13 +141,8 @@ pub(crate) fn spoiled(film: &FilmBlock, own: &[Own], shared: &Shared) -> Option<
 
 /// Leaves out the frames of all shots that are so near to their impacts.
 pub(crate) fn leave_out_spoiled(film: &mut FilmBlock, own: &[Own], reach: [usize; 2]) {
-    for (shot, own) in Arc::make_mut(&mut film.shots).iter_mut().zip(own) {
-        let [before, after] = reach.map(|frames| (frames as f64 - 0.5).max(0.0) / shot.fps);
-        let instant = own[own::TIME];
-        for frame in Arc::make_mut(&mut shot.tracks).iter_mut().flatten() {
-            frame.used &= frame.time < instant - before || frame.time > instant + after;
-        }
-    }
+    let [before, after] = reach.map(|frames| (frames as f64 - 0.5).max(0.0));
+    film.keep_frames(own, |away, fps| away < -before / fps || away > after / fps);
 }
 
 /// Returns the number of frames after the impacts by which the tracker lags, if it does: with u the
