@@ -120,8 +120,7 @@ impl Fit {
 
     /// The kind of the numbers that `chi2`, `dof` and [`super::Goodness`] count.
     pub(crate) fn counted(&self) -> Counted {
-        let observables = self.residuals.iter().map(|residual| &residual.observable);
-        if self.frames.is_some() { Counted::Coordinates } else { Counted::of(observables) }
+        self.diagnostics.goodness.as_ref().map_or(Counted::Angles, |goodness| goodness.counted)
     }
 
     /// Returns how the data were fitted: all frames at once, or measured impacts and angles

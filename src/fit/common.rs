@@ -166,7 +166,7 @@ impl<'a> Fitted<'a> {
             counted: if solution.problem.film().is_some() {
                 Counted::Coordinates
             } else {
-                Counted::of(self.deviations.iter().flatten().flat_map(|found| &found.observables))
+                Counted::of(observables(&self.deviations).iter())
             },
             chi2,
             dof: dof as usize,

@@ -3,12 +3,11 @@
 
 use std::ops::Range;
 
-use super::block::Block;
 use super::evaluation::Evaluation;
 use super::film::filmed::FilmBlock;
 use super::noise::{self, minus_two_log};
 use super::policy::{COMPARED_STEPS, ROUGH, STALL};
-use super::problem::{Problem, State};
+use super::problem::{Block, Problem, State};
 use super::unknowns::{Id, Mode};
 use crate::numerics::bounded_step::step_within_bounds;
 use crate::numerics::least_squares::{self, Descending, FIRST_DAMPING, ROUNDING, Step, SumOfSquares};

@@ -13,15 +13,14 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `unknowns`, `sums`, `eliminated` | shared unknowns, and what a shot adds to the normal equations |
-//! | `block`, `discs`, `film`, `rows`, `frames` | measurements: forward models and derivatives |
-//! | `problem`, `minimise`, `noise` | normal equations, descents and their starts, noise |
+//! | `discs`, `film`, `rows`, `frames` | measurements: forward models and derivatives |
+//! | `problem`, `minimise`, `noise` | blocks of measurements, normal equations, descents and their starts, noise |
 //! | `effects` | compliance, weight and cloth, adopted if they make the data likelier |
 //! | `uncertainty` | errors, scores, conflicts |
 //! | `solution` | a minimum, and what is known there: estimates, budget, influence |
 //! | `findings`, `policy`, `run` | findings, statistical choices, the fit from beginning to end |
 //! | `copies` | clips that are there twice |
 
-mod block;
 mod copies;
 mod discs;
 mod effects;
@@ -81,12 +80,11 @@ pub(crate) use solution::{Budget, ShotInfluence, Solution};
 pub use unknowns::Id;
 pub(crate) use unknowns::Normal;
 pub(crate) use {
-    block::Block,
     effects::comply,
     evaluation::Evaluation,
     film::own,
     minimise::{Descent, MUS, descend, descend_with_noise},
-    problem::{Problem, Record, Sample, State},
+    problem::{Block, Problem, Record, Sample, State},
     uncertainty::{Estimates, robust_covariance},
     unknowns::{Mode, Own, Shared, Unknown},
 };

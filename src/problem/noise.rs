@@ -4,10 +4,9 @@
 
 use std::ops::Range;
 
-use super::block::Block;
 use super::eliminated::Eliminated;
 use super::evaluation::{Evaluation, Reduced};
-use super::problem::{Problem, Sample};
+use super::problem::{Block, Problem, Sample};
 use super::sums::{Noise, NoiseSums, Scattered, ShotSums};
 use super::uncertainty::Estimates;
 use crate::film::noise_correlation::MIN_RHO;

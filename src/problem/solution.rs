@@ -9,12 +9,11 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use statrs::distribution::ContinuousCDF;
 
-use super::block::Block;
 use super::evaluation::Evaluation;
 use super::findings::Finding;
 use super::minimise::Descent;
 use super::noise::minus_two_log;
-use super::problem::{Prepared, Problem, Record, Sample, State};
+use super::problem::{Block, Prepared, Problem, Record, Sample, State};
 use super::sums::ShotSums;
 use super::uncertainty::Estimates;
 use super::unknowns::{Id, Mode, Normal};

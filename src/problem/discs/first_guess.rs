@@ -16,10 +16,9 @@ use crate::measurement::dataset::Dataset;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::{Sample, TrackShot, TrackedBall};
 use crate::numerics::{median, wrap};
-use crate::problem::block::Block;
 use crate::problem::film::camera::Point;
 use crate::problem::film::film_data::{FilmError, Reading, repair_drops};
-use crate::problem::problem::{Prepared, Problem, Record, State};
+use crate::problem::problem::{Block, Prepared, Problem, Record, State};
 use crate::problem::sums::Noise;
 use crate::problem::unknowns::{Id, Own, Shared};
 

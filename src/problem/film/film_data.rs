@@ -21,12 +21,11 @@ use crate::measurement::dataset::{Dataset, Measured, Tracks};
 use crate::measurement::loss::Loss;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::numerics::median;
-use crate::problem::block::Block;
 use crate::problem::findings::Finding;
 use crate::problem::frames::Frame;
 use crate::problem::loss::ShotLoss;
 use crate::problem::policy::Choices;
-use crate::problem::problem::{Prepared, Problem, Record, State};
+use crate::problem::problem::{Block, Prepared, Problem, Record, State};
 use crate::problem::sums::Noise;
 use crate::problem::unknowns::{Id, Own, Shared};
 
