@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::measurement::dataset::Dataset;
 use crate::measurement::track::TrackShot;
-use crate::problem::{FittedFrame, Impact, OwnEstimate, Solution};
+use crate::problem::{Impact, Solution};
 
 /// The shots of a film with the fit of their frames.
 #[derive(Clone, Debug)]
@@ -44,38 +44,5 @@ impl FittedFilm {
     /// Returns the impact of the shot of this name.
     pub fn impact(&self, name: &str) -> Option<&Impact> {
         self.impacts.iter().find(|impact| impact.shot.name == name)
-    }
-
-    /// Returns the frames of both balls in shot `i`, m in the film at its stated scale.
-    pub(crate) fn frames(&self, i: usize) -> impl Iterator<Item = FittedFrame> {
-        let [x, y] = self.solution.origin();
-        let moved = move |place: [f64; 2]| [place[0] + x, place[1] + y];
-        self.solution.fitted_frames(i).into_iter().map(move |frame| FittedFrame {
-            seen: moved(frame.seen),
-            predicted: moved(frame.predicted),
-            ..frame
-        })
-    }
-
-    /// Returns the unknowns of each shot, with its name: impact, velocity, spins.
-    pub fn estimates(&self) -> Vec<(&str, Vec<OwnEstimate>)> {
-        let names = self.solution.names().iter().map(String::as_str);
-        names.zip(self.solution.own_estimates(self.solution.origin())).collect()
-    }
-
-    /// Writes the text of each shot, some shots at a time: not all frames may fit in memory.
-    #[cfg(feature = "report")]
-    pub(crate) fn write(
-        &self,
-        to: &mut (dyn std::io::Write + Send),
-        text: impl Fn(usize) -> String + Sync,
-    ) -> std::io::Result<()> {
-        const AT_A_TIME: usize = 512;
-        let shots: Vec<usize> = (0..self.tracks.len()).collect();
-        for some in shots.chunks(AT_A_TIME) {
-            let texts: Vec<String> = some.par_iter().map(|i| text(*i)).collect();
-            to.write_all(texts.concat().as_bytes())?;
-        }
-        Ok(())
     }
 }

@@ -59,7 +59,7 @@ pub(crate) use film::film_data::OTHER_UNIT;
 pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
 #[cfg(feature = "report")]
 pub(crate) use film::shots::ShownPaths;
-pub(crate) use film::shots::{FittedFrame, Impact, OwnEstimate};
+pub(crate) use film::shots::{Impact, OwnEstimate};
 pub(crate) use findings::{Finding, Severity};
 pub(crate) use identifiability::{Combination, worst_direction};
 pub(crate) use intervals::{FitEnd, MANY_SHOTS, MISLEADING};

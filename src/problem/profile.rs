@@ -36,9 +36,6 @@ const DIRECTIONS: [usize; 2] = [24, 48];
 /// line's width, and as much as χ² of films is rough.
 pub(super) const EDGE: f64 = 0.02;
 
-/// A distance along a way from the minimum, the root of the rise of χ² there, and the point.
-type Reached = (f64, f64, Evaluation);
-
 impl Solution {
     /// Returns both ends of the interval of a column of the problem: χ² is `t²` above its minimum
     /// there, or they are bounds met before; `None` if χ² cannot be minimised there. The root of
@@ -117,7 +114,8 @@ fn reach<const N: usize>(
     if limit <= 0.0 {
         return Some(0.0);
     }
-    let mut inside: Reached = (0.0, 0.0, minimum.clone());
+    // distances, the roots of the rise of χ² there, and the point
+    let mut inside = (0.0, 0.0, minimum.clone());
     let mut outside: Option<(f64, f64)> = None;
     let mut trial = first.min(limit);
     for count in 0..MAX_POINTS[usize::from(problem.rows().is_none())] {

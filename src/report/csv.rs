@@ -5,12 +5,13 @@ use std::collections::HashMap;
 use std::io::{self, Write};
 
 use indexmap::IndexSet;
+use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
 use super::ascii;
 use super::document::rounded;
 use crate::compare::Comparison;
-use crate::fit::{Fit, FittedFilm, Residual};
+use crate::fit::{Fit, Residual};
 use crate::measurement::track::TrackedBall;
 use crate::problem::OwnEstimate;
 
@@ -22,6 +23,9 @@ pub const RESIDUALS: &str =
 /// The first columns of shots.csv, a row per shot. Those of each observable follow, and of films of
 /// balls what the fit estimates of each shot.
 const SHOTS: &str = "shot,used,reason,cut_deg,speed_m_s,values,chi2,largest";
+
+/// Number of shots whose rows are written at a time.
+const AT_A_TIME: usize = 512;
 
 /// Returns residuals.csv as text. A cell whose number is unknown is empty.
 pub fn residuals(fit: &Fit) -> String {
@@ -39,12 +43,12 @@ pub(super) fn write_residuals(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Res
     let Some(film) = &fit.frames else {
         return fit.residuals.iter().try_for_each(|own| to.write_all(row(own, model).as_bytes()));
     };
-    film.write(to, |i| {
+    let rows_of_shot = |i: usize| {
         let Some(motion) = film.solution.motion(i) else { return String::new() };
         let shot = quoted(&film.tracks[i].name);
         let [cut_deg, speed] = [motion.cut.to_degrees(), motion.speed].map(number);
         let mut text = String::new();
-        for frame in film.frames(i).filter(|frame| frame.used) {
+        for frame in film.solution.fitted_frames(i).into_iter().filter(|frame| frame.used) {
             let (ball, time) = (ball_name(frame.ball), number(frame.time));
             let of_frame = [frame.seen, frame.predicted, frame.sd, frame.standardized()];
             for (axis, name) in ["x", "y"].into_iter().enumerate() {
@@ -56,7 +60,13 @@ pub(super) fn write_residuals(fit: &Fit, to: &mut (dyn Write + Send)) -> io::Res
             }
         }
         text
-    })
+    };
+    // not all frames may fit in memory
+    for shots in (0..film.tracks.len()).collect::<Vec<_>>().chunks(AT_A_TIME) {
+        let texts: Vec<String> = shots.par_iter().copied().map(rows_of_shot).collect();
+        to.write_all(texts.concat().as_bytes())?;
+    }
+    Ok(())
 }
 
 fn ball_name(ball: TrackedBall) -> &'static str {
@@ -89,7 +99,7 @@ fn row(residual: &Residual, model: &str) -> String {
 /// Returns shots.csv as text. A cell whose number is unknown is empty.
 pub fn shots(fit: &Fit) -> String {
     let estimates: HashMap<&str, Vec<OwnEstimate>> =
-        fit.frames.iter().flat_map(FittedFilm::estimates).collect();
+        fit.frames.iter().flat_map(|film| film.solution.own_estimates()).collect();
     let mut rows = Vec::new();
     for own in fit.residuals.chunk_by(|one, next| one.shot == next.shot) {
         let Residual { shot, cut, speed, .. } = &own[0];

@@ -162,9 +162,15 @@ impl Solution {
         Some(ShotAt { film, shot: film.shots.get(i)?, own: self.state().own[0].get(i)?, shared })
     }
 
-    /// Returns the frames of shot `i` of a film against the fit.
+    /// Returns the frames of shot `i` of a film against the fit, m in the film at its stated scale.
     pub(crate) fn fitted_frames(&self, i: usize) -> Vec<FittedFrame> {
-        self.film_shot(i, &self.first_shared()).map_or_else(Vec::new, |at| at.fitted_frames())
+        let shared = self.first_shared();
+        let mut frames = self.film_shot(i, &shared).map_or_else(Vec::new, |at| at.fitted_frames());
+        let [x, y] = self.origin();
+        for place in frames.iter_mut().flat_map(|frame| [&mut frame.seen, &mut frame.predicted]) {
+            *place = [place[0] + x, place[1] + y];
+        }
+        frames
     }
 
     /// Returns the radius of the object ball of a film, m.
@@ -188,17 +194,19 @@ impl Solution {
         })
     }
 
-    /// Returns the own unknowns of each shot of a film in the frame of the table, from a point (m);
+    /// Returns the own unknowns of each shot of a film in the frame of the table, with its name;
     /// their errors include those of what all shots share.
-    pub(crate) fn own_estimates(&self, from: [f64; 2]) -> Vec<Vec<OwnEstimate>> {
+    pub(crate) fn own_estimates<'a>(&'a self) -> Vec<(&'a str, Vec<OwnEstimate>)> {
         let reduced = self.at.reduced();
-        let shots = (0..self.names().len()).into_par_iter();
-        let estimate = |i: usize| self.own_estimates_of(i, from, reduced?);
-        shots.map(|i| estimate(i).unwrap_or_default()).collect()
+        let estimate = |(i, name): (usize, &'a String)| {
+            let estimates = reduced.and_then(|reduced| self.own_estimates_of(i, reduced));
+            (name.as_str(), estimates.unwrap_or_default())
+        };
+        self.names().par_iter().enumerate().map(estimate).collect()
     }
 
-    fn own_estimates_of(&self, i: usize, [x, y]: [f64; 2], reduced: &Reduced) -> Option<Vec<OwnEstimate>> {
-        let shared = self.first_shared();
+    fn own_estimates_of(&self, i: usize, reduced: &Reduced) -> Option<Vec<OwnEstimate>> {
+        let (shared, [x, y]) = (self.first_shared(), self.origin());
         let at = self.film_shot(i, &shared)?;
         let (struck, ShotAt { shot, own, .. }) = (at.struck().ok()?, at);
         let inputs = &struck.inputs;

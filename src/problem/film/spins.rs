@@ -208,10 +208,10 @@ impl ShotSpin {
         Self { rolls, ..new }
     }
 
-    /// Returns the states that the shot may be in.
+    /// Returns the states that the shot may be in, if these are several.
     pub(super) fn candidates(&self) -> Vec<Self> {
         match self.states {
-            States::One => vec![*self],
+            States::One => Vec::new(),
             States::Measured => [true, false].map(|rolls| Self { rolls, ..*self }).to_vec(),
             States::All => vec![Self::UNKNOWN, Self::UNKNOWN_FAST, Self::UNKNOWN_SLIDING],
         }
