@@ -29,13 +29,6 @@ pub(crate) struct Frame {
     pub(crate) used: bool,
 }
 
-impl Frame {
-    /// Returns whether the ball is seen but the frame is not used.
-    pub(crate) fn is_left_out(&self) -> bool {
-        !self.used && self.seen.x.is_finite() && self.seen.y.is_finite()
-    }
-}
-
 /// A part of a body's path: coefficients with their derivatives by the inputs of the motion.
 #[derive(Clone, Debug)]
 pub(crate) struct Piece<const C: usize, const I: usize> {

@@ -37,12 +37,6 @@ pub(crate) struct ShiftScore {
 }
 
 impl Solution {
-    /// Returns the outcome offsets of shot `i` of the first sample; `None` if its frames do not
-    /// determine them.
-    pub(crate) fn offsets(&self, i: usize) -> Option<Offsets> {
-        self.problem.contribute(self.state(), (0, i)).offsets()
-    }
-
     /// Returns the deviations of each shot of the only sample, a table or a film of balls.
     pub(crate) fn deviations(&self) -> Vec<Option<Deviations>> {
         let (state, problem) = (self.state(), &self.problem);

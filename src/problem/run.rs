@@ -214,7 +214,8 @@ impl Run {
         for _ in 0..MAX_CAUSES {
             let cause = causes::explain(&self.problem, &self.descent.end, &estimates);
             // sliding explains a deceleration that no cloth has
-            let is_said_to_roll = self.problem.film().is_some_and(|film| film.is_said_to_roll());
+            let mut shots = self.problem.film().into_iter().flat_map(|film| film.shots.iter());
+            let is_said_to_roll = shots.any(|shot| shot.spin.is_said_to_roll());
             let spins = cause.as_ref().filter(|_| is_said_to_roll).and_then(|cause| {
                 let freed = causes::spin_freely(&self.problem, &self.descent.end, &self.data)?;
                 (freed.fall > cause.fall + 2.0 * self.count_shots() as f64).then_some(freed)

@@ -82,11 +82,6 @@ impl FilmBlock {
         unknown.map(|spin| *spin = ShotSpin::UNKNOWN_SLIDING).count() > 0
     }
 
-    /// Returns whether natural roll is stated of a shot.
-    pub(crate) fn is_said_to_roll(&self) -> bool {
-        self.shots.iter().any(|shot| shot.spin.is_said_to_roll())
-    }
-
     /// Computes what weight and cloth during the contact add to the outcome of each shot. A
     /// shot whose unknowns describe no collision has no correction.
     pub(crate) fn weigh(&mut self, own: &[Own], shared: &Shared) {

@@ -279,6 +279,7 @@ impl Solution {
         let time = own[own::TIME];
         let add_up = |of: fn(&NoiseSums) -> f64| sums.sums.noises.iter().map(of).sum::<f64>();
         let dof = add_up(|noise| noise.count) - (sums.sums.count_free() + Id::OFFSETS.len()) as f64;
+        let is_left_out = |frame: &&Frame| !frame.used && frame.seen.iter().all(|x| x.is_finite());
         Some(Impact {
             index: i,
             shot: impact,
@@ -286,7 +287,7 @@ impl Solution {
             time,
             position_sd: film.noise[1].sd * typical_sd(&used),
             reduced_chi2: add_up(|noise| noise.weighted) / dof.max(1.0),
-            outliers: shot.tracks.iter().flatten().filter(|frame| frame.is_left_out()).count(),
+            outliers: shot.tracks.iter().flatten().filter(is_left_out).count(),
         })
     }
 

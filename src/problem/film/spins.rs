@@ -222,7 +222,7 @@ impl ShotSpin {
     }
 
     /// Returns whether natural roll is stated.
-    pub(super) fn is_said_to_roll(&self) -> bool {
+    pub(crate) fn is_said_to_roll(&self) -> bool {
         self.mean == Some(Id::Roll) && !self.is_unknown()
     }
 

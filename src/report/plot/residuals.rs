@@ -91,7 +91,8 @@ impl Observed {
     /// Returns the velocities after each impact of a film, in the frame of the collision.
     fn of_film(film: &FittedFilm) -> Self {
         let (names, solution) = (film.solution.names(), &film.solution);
-        let of_shot = |i: usize| Some((i, solution.motion(i)?, solution.offsets(i)?));
+        let offsets = |i: usize| solution.problem.contribute(solution.state(), (0, i)).offsets();
+        let of_shot = |i: usize| Some((i, solution.motion(i)?, offsets(i)?));
         let shots: Vec<_> = (0..names.len()).into_par_iter().filter_map(of_shot).collect();
         let mut observed = Self::new(IN_COLLISION_FRAME.iter());
         for (i, motion, offsets) in shots {
