@@ -18,11 +18,6 @@ pub(crate) struct Eliminated {
 }
 
 impl Eliminated {
-    /// Returns their variances at given shared unknowns.
-    pub(crate) fn variances(&self) -> DVector<f64> {
-        self.factor.inverse().diagonal()
-    }
-
     /// Returns the own unknowns of least χ² with one held at its bound b: x + C₁(b − x₁)/C₁₁ with
     /// their covariance C. `free`: those of least χ² without bounds, x; `bounded`: the same, cut off
     /// at their bounds.

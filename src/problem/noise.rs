@@ -153,7 +153,7 @@ fn restricted(problem: &Problem, at: &Evaluation, (sample, rho): (usize, f64), d
 /// information that is not its prior's.
 fn count_own(shots: &[ShotSums], own: &[Eliminated]) -> f64 {
     let count_shot = |(shot, own): (&ShotSums, &Eliminated)| {
-        let variances = own.variances();
+        let variances = own.factor.inverse().diagonal();
         let all = own.places.iter().zip(&variances);
         all.map(|(place, variance)| (1.0 - variance * shot.known[*place]).clamp(0.0, 1.0)).sum::<f64>()
     };

@@ -164,11 +164,8 @@ pub(crate) fn robust_covariance(
             };
             let bend = shot.sums.part.filter(|part| part.distance > 0.0).map_or(0.0, bend);
             let curvature_of_shot = matrix + &slope * slope.transpose() * bend;
-            for (i, a) in places.iter().enumerate() {
-                for (j, b) in places.iter().enumerate() {
-                    curvature[(*a, *b)] += curvature_of_shot[(i, j)];
-                }
-            }
+            let whole = DMatrix::identity(n, n).select_rows(&places);
+            curvature += whole.tr_mul(&(&curvature_of_shot * &whole));
             slopes.push((places.clone(), curvature_of_shot, slope));
         }
     }

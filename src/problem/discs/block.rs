@@ -82,11 +82,6 @@ impl DiscBlock {
         &self.noise[NOISES * i..NOISES * (i + 1)]
     }
 
-    /// Follows both discs of shot `i` through the impact; `None` if they do not approach.
-    pub(super) fn follow(&self, i: usize, own: &Own, shared: &Shared) -> Option<Motion> {
-        follow(self.shots[i].stuck.is_some(), own, shared, &self.discs)
-    }
-
     /// Returns the motion of shot `i`, and the used frames of each track, whitened; `None` if the
     /// discs do not approach. Errors before the impact and after it count as independent: the
     /// frames between are left out.
@@ -96,7 +91,7 @@ impl DiscBlock {
         own: &Own,
         shared: &Shared,
     ) -> Option<(Motion, Vec<Vec<Sight<ROW>>>)> {
-        let motion = self.follow(i, own, shared)?;
+        let motion = follow(self.shots[i].stuck.is_some(), own, shared, &self.discs)?;
         let dual = |i: usize, value: f64| constant::<POINT>(value).derivative(i);
         let (instant, camera) = (own[own::TIME], Camera::new(shared));
         let see = |PointTrack { disc, marker, frames }: &PointTrack| {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::block::{DiscBlock, PointTrack, by_unknowns};
 use super::first_guess::prepare_discs;
 use super::impact::{DiscImpact, find_doubts};
-use super::motion::{Dual, locate};
+use super::motion::{Dual, follow, locate};
 use super::own::{self, LAW, LEAST_SHOTS};
 use crate::measurement::dataset::{Dataset, Measured};
 use crate::problem::false_shots::tail;
@@ -201,7 +201,7 @@ fn list_impacts(solution: &Solution) -> Result<Vec<DiscImpact>, FilmError> {
     with_all.choose_frames(&end.state, 0.0);
     let impact = |i: usize| {
         let (shot, own) = (&block.shots[i], &end.state.own[0][i]);
-        let motion = block.follow(i, own, &end.state.shared)?;
+        let motion = follow(shot.stuck.is_some(), own, &end.state.shared, &block.discs)?;
         let measure = |(column, quantity): (&'static str, Option<Dual>)| {
             let measured = |quantity: Dual| {
                 let by = by_unknowns(&quantity, own.len());

@@ -70,21 +70,16 @@ pub(crate) struct Parting {
 }
 
 impl Parting {
-    /// Returns balls of these radii (m) and this moment of inertia after an impact with these
-    /// components of its outcome, in the order of [`Outcome::components`].
-    pub(crate) fn new(
-        component: impl Fn(usize) -> Dual,
-        radii: [Dual; 2],
-        inertia: f64,
-        sticks: bool,
-    ) -> Self {
+    /// Returns balls of these radii (m) and this moment of inertia after an impact that slips, with
+    /// these components of its outcome, in the order of [`Outcome::components`].
+    pub(crate) fn new(component: impl Fn(usize) -> Dual, radii: &[Dual; 2], inertia: f64) -> Self {
         let side = |ball: usize| Side {
             velocity: DualVector::new(component(6 * ball), component(6 * ball + 1)),
             rise: component(6 * ball + 2),
             spin: [3, 4, 5].map(|i| component(6 * ball + i) * radii[ball]),
             inertia,
         };
-        Self { balls: [0, 1].map(side), radii, sticks }
+        Self { balls: [0, 1].map(side), radii: *radii, sticks: false }
     }
 }
 
@@ -225,6 +220,7 @@ impl Contact {
         }
         let by = SMatrix::from_columns(&inputs.each_ref().map(gradient)) * jacobian.transpose();
         let component = |row: usize| with_gradient(values[row], &by.column(row).into_owned());
-        Ok(Parting::new(component, radii, self.object().inertia, outcome.regime == Regime::Stick))
+        let parting = Parting::new(component, &radii, self.object().inertia);
+        Ok(Parting { sticks: outcome.regime == Regime::Stick, ..parting })
     }
 }

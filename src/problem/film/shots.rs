@@ -275,7 +275,10 @@ impl Solution {
                 after.collect(),
             )
         };
-        let used: Vec<&Frame> = shot.tracks[1].iter().filter(|frame| frame.used).collect();
+        // of a coordinate, in units of the film's noise
+        let used = shot.tracks[1].iter().filter(|frame| frame.used);
+        let sds: Vec<f64> = used.flat_map(|frame| [frame.weight.x.recip(), frame.weight.y.recip()]).collect();
+        let typical_sd = if sds.is_empty() { 1.0 } else { median(sds) };
         let time = own[own::TIME];
         let add_up = |of: fn(&NoiseSums) -> f64| sums.sums.noises.iter().map(of).sum::<f64>();
         let dof = add_up(|noise| noise.count) - (sums.sums.count_free() + Id::OFFSETS.len()) as f64;
@@ -285,7 +288,7 @@ impl Solution {
             shot: impact,
             shared_part: parts.iter().sum::<f64>() / parts.len() as f64,
             time,
-            position_sd: film.noise[1].sd * typical_sd(&used),
+            position_sd: film.noise[1].sd * typical_sd,
             reduced_chi2: add_up(|noise| noise.weighted) / dof.max(1.0),
             outliers: shot.tracks.iter().flatten().filter(is_left_out).count(),
         })
@@ -324,14 +327,6 @@ impl Solution {
             self.covariance_in(&self.covariance, &CLOTH).map(|c| if c.is_nan() { 0.0 } else { c });
         Some([shot_variances, (&by_cloth * cloth_covariance * by_cloth.transpose()).diagonal()])
     }
-}
-
-/// Returns the typical standard deviation of a coordinate in these frames in units of the film's
-/// noise.
-fn typical_sd(frames: &[&Frame]) -> f64 {
-    let sds = frames.iter().flat_map(|frame| [frame.weight.x.recip(), frame.weight.y.recip()]);
-    let sds: Vec<f64> = sds.collect();
-    if sds.is_empty() { 1.0 } else { median(sds) }
 }
 
 /// Returns direction of the line of centres, velocity and spin of the cue ball before the impact,

@@ -202,7 +202,7 @@ pub fn predict(shot: &Shot, model: &Model, coefficients: &Coefficients) -> Resul
     let radii = [model.ball.radius, model.object_ball().radius];
     let (approach, after) = made.strike(&Own::zeros(MOVING), |cue| {
         let after = model.collide(&cue.state(radii[0]), coefficients)?.components();
-        Ok(Parting::new(|i| constant(after[i]), radii.map(constant), made.inertia, false))
+        Ok(Parting::new(|i| constant(after[i]), &radii.map(constant), made.inertia))
     })?;
     let value = |row: &Row| approach.observe(row.number.observable, &after, made.side).re;
     Ok(Prediction {
