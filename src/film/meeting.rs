@@ -189,13 +189,12 @@ impl Meeting {
         if !is_struck(nearest) {
             return Err(Unusable::NoCollision(bodies));
         }
-        let mut meeting = Self::beside(shot, bodies, nearest)?;
         let steps = tracks.into_iter().flat_map(|samples| samples.windows(2)).map(|two| two[1].t - two[0].t);
         let farthest = steps.fold(FARTHEST * frame, f64::max);
-        let late = meeting.crossing().clamp(-farthest, farthest);
-        meeting.time += late;
-        for [place, velocity] in meeting.lines.iter_mut().flatten() {
-            *place += *velocity * late;
+        let mut meeting = Self::beside(shot, bodies, nearest)?.moved(farthest);
+        if (meeting.time - nearest).abs() > FARTHEST * frame {
+            // a body was not seen for long: frames of the other may have been on the wrong side
+            meeting = Self::beside(shot, bodies, meeting.time)?.moved(farthest);
         }
         let is_moving = |speed: &f64| *speed > MIN_MOVING_PART * meeting.before(0)[1].norm();
         let speed = object_speeds(meeting.time)[0].filter(is_moving);
@@ -230,12 +229,18 @@ impl Meeting {
         -second / first
     }
 
-    /// Returns how much later the relative paths before the impact and after it are nearest to each
-    /// other, s: τ = −Δp·Δg/|Δg|².
-    fn crossing(&self) -> f64 {
+    /// Returns the meeting at the instant, at most `farthest` (s) away, at which the relative paths
+    /// before the impact and after it are nearest to each other: τ = −Δp·Δg/|Δg|² later.
+    fn moved(mut self, farthest: f64) -> Self {
         let [before, after] = [0, 1].map(|side| self.relative(side));
         let [jump, turn] = [after[0] - before[0], after[1] - before[1]];
         let square = turn.norm_squared();
-        if square > 0.0 { -jump.dot(&turn) / square } else { 0.0 }
+        let late = if square > 0.0 { -jump.dot(&turn) / square } else { 0.0 };
+        let late = late.clamp(-farthest, farthest);
+        self.time += late;
+        for [place, velocity] in self.lines.iter_mut().flatten() {
+            *place += *velocity * late;
+        }
+        self
     }
 }
