@@ -152,7 +152,7 @@ impl TrackSettings {
 
     /// Returns the calibration of a file that states this unit of lengths.
     pub(super) fn calibration(&self, unit: Option<Unit>) -> Calibration {
-        let stated = unit.filter(|_| self.scale.length_unit.is_none()).and_then(Unit::metres);
+        let stated = unit.filter(|_| self.scale.length_unit.is_none()).and_then(Unit::size);
         Calibration { scale: stated.unwrap_or(self.calibration.scale), ..self.calibration.clone() }
     }
 
@@ -191,7 +191,7 @@ impl TrackSettings {
         self.film.notes.extend(map.iter().map(|(_, note)| format!("{}: {note}", source.path.display())));
         let per_pixel = (self.scale.m_per_px.unwrap_or(1.0), 1.0);
         self.calibration = Calibration {
-            scale: self.scale.length_unit.unwrap_or(Unit::M).metres().unwrap_or(per_pixel),
+            scale: self.scale.length_unit.unwrap_or(Unit::M).size().unwrap_or(per_pixel),
             is_up: is_up.unwrap_or(true),
             homography: map.map(|(map, _)| map),
             readout: seconds.zip(self.video.rows).map(|(seconds, rows)| [seconds, rows]),

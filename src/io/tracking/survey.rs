@@ -155,7 +155,7 @@ impl Survey {
         let may_touch = self.are_discs() || nearest.is_infinite() || DIAMETERS.contains(&nearest);
         let stated = self.shots.first().and_then(|shot| shot.stated.unit);
         let unit = stated.or((METRES.contains(&extent) && may_touch).then_some(Unit::M));
-        let diameter = unit.and_then(Unit::metres).map(|(times, over)| nearest * times / over);
+        let diameter = unit.and_then(Unit::size).map(|(times, over)| nearest * times / over);
         let diameter = diameter.filter(|nearest| *nearest < DIAMETERS.end).unwrap_or(0.0);
         let ball = Ball::GAMES.into_iter().find(|(_, radius)| *radius <= 0.5 * NEARER * diameter);
         context! {

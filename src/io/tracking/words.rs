@@ -213,28 +213,25 @@ impl Unit {
         self.alike().map(Self::name).collect()
     }
 
-    /// Returns metres per unit as whole factor and divisor (5.6 cm is 0.056 m); `None` for pixels.
-    pub(super) fn metres(self) -> Option<(f64, f64)> {
+    /// Returns the SI unit's number in one of these as whole factor and divisor (5.6 cm is 0.056 m);
+    /// `None` for pixels, frames and angles.
+    pub(super) fn size(self) -> Option<(f64, f64)> {
         match self {
-            Self::M => Some((1.0, 1.0)),
+            Self::M | Self::S => Some((1.0, 1.0)),
             Self::Cm => Some((1.0, 100.0)),
-            Self::Mm => Some((1.0, 1000.0)),
+            Self::Mm | Self::Ms => Some((1.0, 1000.0)),
+            Self::Us => Some((1.0, 1e6)),
+            Self::Ns => Some((1.0, 1e9)),
             // 25.4 mm and 304.8 mm
             Self::In => Some((127.0, 5000.0)),
             Self::Ft => Some((381.0, 1250.0)),
-            _ => None,
+            Self::Px | Self::Frames | Self::Rad | Self::Deg => None,
         }
     }
 
     /// Returns seconds per unit; `None` for frames.
     pub(super) fn seconds(self) -> Option<f64> {
-        match self {
-            Self::S => Some(1.0),
-            Self::Ms => Some(1e-3),
-            Self::Us => Some(1e-6),
-            Self::Ns => Some(1e-9),
-            _ => None,
-        }
+        self.size().map(|(factor, divisor)| factor / divisor)
     }
 }
 
