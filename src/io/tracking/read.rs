@@ -12,7 +12,7 @@ use super::formats::FORMATS;
 use super::heading::{Heading, Rows, TITLES, headings};
 use super::raw::{Job, RawShot, RawTrack, Stated, stem};
 use super::reader::{self, Body, Layout, Reader, number_twins};
-use super::settings::{Column, Columns, Format, angle_unit};
+use super::settings::{Columns, Format, angle_unit};
 use super::words::{FRAMES, TIMES, Unit, find};
 use crate::io::error::{Subject, did_you_mean};
 use crate::io::text::{decode, filled_lines, shortened, value, without_separator_line};
@@ -115,11 +115,11 @@ const MAX_LINES: usize = 100;
 
 /// Returns the layout of a table whose columns are stated; without times, rows are frames.
 fn by_columns(job: Job, wanted: &Columns) -> Option<Layout> {
-    let is_numbered = wanted.values().any(|column| column.number().is_some());
+    let is_numbered = wanted.values().any(toml::Value::is_integer);
     let heading = if is_numbered { numbered(job, wanted) } else { header(job, wanted) }?;
-    let column = |key: &str| match wanted.get(key)? {
-        Column::Name(name) => heading.position(name.trim()),
-        Column::Number(number) => Some(number.get() - 1),
+    let column = |key: &str| {
+        let stated = wanted.get(key)?;
+        number(stated).map(|number| number - 1).or_else(|| heading.position(stated.as_str()?.trim()))
     };
     let shot = column("shot");
     let read: Vec<usize> = wanted.keys().filter_map(|key| column(key)).collect();
@@ -163,10 +163,15 @@ fn unstated_time(heading: &Heading, used: &[usize], shot: Option<usize>, job: Jo
     clock
 }
 
+/// Returns the number of a column, from 1, unless it is stated by its name.
+fn number(column: &toml::Value) -> Option<usize> {
+    column.as_integer().and_then(|number| number.try_into().ok()).filter(|number| *number > 0)
+}
+
 /// Returns the heading in the first line that has all the names.
 fn header(job: Job, wanted: &Columns) -> Option<Heading> {
     let names = wanted.iter().filter(|(key, _)| *key != "angle_unit");
-    let names: Vec<&str> = names.filter_map(|(_, column)| column.name()).collect();
+    let names: Vec<&str> = names.filter_map(|(_, column)| column.as_str()).map(str::trim).collect();
     let held = |heading: &Heading| names.iter().filter(|name| heading.position(name).is_some()).count();
     // the first heading that has the largest number of names
     let Some(heading) = headings(job.text, MAX_LINES).into_iter().rev().max_by_key(held) else {
@@ -186,7 +191,7 @@ fn header(job: Job, wanted: &Columns) -> Option<Heading> {
 
 /// Returns the heading of a table without names, from the first row with the expected numbers.
 fn numbered(job: Job, wanted: &Columns) -> Option<Heading> {
-    let columns = wanted.iter().filter_map(|(key, column)| Some((key.as_str(), column.number()?)));
+    let columns = wanted.iter().filter_map(|(key, column)| Some((key.as_str(), number(column)?)));
     let least = columns.clone().map(|(_, number)| number).max()?;
     let are_numbers = columns.filter(|(key, _)| !["shot", "ball", "point"].contains(key));
     let mut numbers: Vec<usize> = are_numbers.map(|(_, number)| number).collect();

@@ -1,7 +1,6 @@
 //! The sections of dataset.toml for kind = "tracks".
 
 use std::collections::HashMap;
-use std::num::NonZero;
 use std::path::PathBuf;
 
 use indexmap::IndexMap;
@@ -224,34 +223,9 @@ impl TrackSettings {
     }
 }
 
-/// A column of `[tracks.columns]`, or the unit of angles.
-#[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
-#[serde(untagged)]
-pub(super) enum Column {
-    Name(String),
-    /// Number from 1, for files without names of columns.
-    Number(NonZero<usize>),
-}
-
-impl Column {
-    pub(super) fn shown(&self) -> String {
-        match self {
-            Self::Name(name) => toml::Value::from(name.as_str()).to_string(),
-            Self::Number(number) => number.to_string(),
-        }
-    }
-
-    pub(super) fn name(&self) -> Option<&str> {
-        if let Self::Name(name) = self { Some(name.trim()) } else { None }
-    }
-
-    pub(super) fn number(&self) -> Option<usize> {
-        if let Self::Number(number) = self { Some(number.get()) } else { None }
-    }
-}
-
-/// `[tracks.columns]`: the column of each key of [`KEYS`] or [`EACH`].
-pub(super) type Columns = IndexMap<String, Column>;
+/// `[tracks.columns]`: the column of each key of [`KEYS`] or [`EACH`], by its name or, in files
+/// without names, by its number from 1; and the unit of angles.
+pub(super) type Columns = IndexMap<String, toml::Value>;
 
 const KEYS: &str = "shot frame t angle_unit ball point x_sd y_sd marker_x marker_y";
 /// Keys of each ball, which follow `cue_` and `object_` in a table with a row per frame. A box has
@@ -260,12 +234,14 @@ const EACH: &str = "x y x2 y2 width height likelihood angle";
 const ANGLE_UNIT: &str = "angle_unit";
 const PAIRS: [[&str; 2]; 4] = [["x_sd", "y_sd"], ["marker_x", "marker_y"], ["x2", "y2"], ["width", "height"]];
 
-pub(super) fn schema_of_columns(generator: &mut SchemaGenerator) -> Schema {
-    let column = generator.subschema_for::<Column>();
-    let faults =
-        |begin: &str| -> Vec<String> { EACH.split(' ').map(|key| format!("{begin}{key}")).collect() };
+pub(super) fn schema_of_columns(_: &mut SchemaGenerator) -> Schema {
+    let column = json_schema!({
+        "description": "The name of a column or, in files without names, its number from 1",
+        "anyOf": [{ "type": "string" }, { "type": "integer", "minimum": 1 }]
+    });
     let each = ["", "cue_", "object_"];
-    let keys = KEYS.split(' ').map(str::to_owned).chain(each.into_iter().flat_map(faults));
+    let of_each = each.into_iter().flat_map(|begin| EACH.split(' ').map(move |key| format!("{begin}{key}")));
+    let keys = KEYS.split(' ').map(str::to_owned).chain(of_each);
     let mut properties: IndexMap<String, Schema> = keys.map(|key| (key, column.clone())).collect();
     let units = json_schema!({ "type": "string", "enum": Unit::Rad.names_alike() });
     properties.insert(ANGLE_UNIT.to_owned(), units);
@@ -277,7 +253,7 @@ pub(super) fn schema_of_columns(generator: &mut SchemaGenerator) -> Schema {
 
 fn check_columns(columns: &Columns, source: &Source) {
     let each = columns.iter().filter(|(key, _)| *key != ANGLE_UNIT);
-    let (names, numbers): (Vec<_>, Vec<_>) = each.partition(|(_, column)| column.name().is_some());
+    let (names, numbers): (Vec<_>, Vec<_>) = each.partition(|(_, column)| column.is_str());
     if !names.is_empty() && !numbers.is_empty() {
         let message = "[tracks.columns] has some by name and some by number; expected one of them throughout";
         source.wrong("tracks.columns", message);
@@ -285,5 +261,5 @@ fn check_columns(columns: &Columns, source: &Source) {
 }
 
 pub(super) fn angle_unit(columns: &Columns) -> Option<Unit> {
-    Unit::of(columns.get(ANGLE_UNIT)?.name()?)
+    Unit::of(columns.get(ANGLE_UNIT)?.as_str()?)
 }

@@ -1,6 +1,5 @@
 //! Survey of files of tracks for a draft, with a guess of `[tracks.columns]` for an unknown table.
 
-use std::num::NonZero;
 use std::path::Path;
 
 use minijinja::{Value as Values, context};
@@ -10,7 +9,7 @@ use super::heading::{Heading, MAX_TRACKS, Rows, TITLES, headings};
 use super::names::groups;
 use super::raw::{Job, RawShot, RawTrack, sorted, span};
 use super::read;
-use super::settings::{Column, Columns, Format, TrackSettings};
+use super::settings::{Columns, Format, TrackSettings};
 use super::time::followed;
 use super::words::{
     self, FRAMES, Kind, PERHAPS_BALLS, SHOTS, TIMES, Unit, beside, boxes, find, is_angle, pairs,
@@ -179,18 +178,19 @@ impl Survey {
             _ => None,
         };
         // a table with a row per frame names the balls by its columns
-        let first_column = order.and_then(|[cue, _]| columns.get(&format!("{cue}_x"))).map(Column::shown);
+        let first_column =
+            order.and_then(|[cue, _]| columns.get(&format!("{cue}_x"))).map(toml::Value::to_string);
         let second = first_column.as_ref().filter(|_| order.is_some_and(|[cue, _]| cue != "cue"));
         // names such as cue and object are believed
         let is_believed = second.is_some_and(|column| column.contains("obj"));
         let are_exchanged = second.is_some() && !is_believed;
-        let line = |(key, column): (&String, &Column)| {
+        let line = |(key, column): (&String, &toml::Value)| {
             let key = match key.split_once('_') {
                 Some(("cue", rest)) if are_exchanged => &format!("object_{rest}"),
                 Some(("object", rest)) if are_exchanged => &format!("cue_{rest}"),
                 _ => key,
             };
-            format!("{key} = {}", column.shown())
+            format!("{key} = {column}")
         };
         let [cue, object] = [0, 1].map(|i| order.map(|names| toml::Value::from(names[i]).to_string()));
         context! {
@@ -241,8 +241,8 @@ fn numbered(rows: &Rows, width: usize) -> Option<[Columns; 2]> {
         5 => "t cue_x cue_y object_x object_y",
         _ => return None,
     };
-    let numbered = keys.split(' ').zip((1..).filter_map(NonZero::new)).filter(|(key, _)| *key != "-");
-    let columns = numbered.map(|(key, number)| (key.to_string(), Column::Number(number)));
+    let numbered = keys.split(' ').zip(1_i64..).filter(|(key, _)| *key != "-");
+    let columns = numbered.map(|(key, number)| (key.to_string(), number.into()));
     Some([columns.collect(), Columns::new()])
 }
 
@@ -303,7 +303,7 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
     let mut columns = [Columns::new(), Columns::new()];
     let mut add = |key: &str, column: Option<usize>| {
         let is_doubtful = boxes.is_empty() && (key.ends_with("width") || key.ends_with("height"));
-        let name = column.map(|column| Column::Name(heading.names[column].clone()));
+        let name = column.map(|column| heading.names[column].as_str().into());
         columns[usize::from(is_doubtful)].extend(name.map(|name| (key.to_string(), name)));
     };
     for (key, column) in [("shot", shot), ("frame", frame.or(count)), ("t", time), ("ball", ball)] {
@@ -332,9 +332,9 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
         let most = angles.iter().map(|column| rows.largest(*column)).fold(0.0, f64::max);
         // two turns in radians are less than a tenth of one in degrees
         let unit = if most > 2.0 * std::f64::consts::TAU { "deg" } else { "rad" };
-        columns[0].insert("angle_unit".to_string(), Column::Name(unit.to_string()));
+        columns[0].insert("angle_unit".to_string(), unit.into());
     }
-    let growing = growing.find(is_other).map(|column| Column::Name(heading.names[column].clone()));
+    let growing = growing.find(is_other).map(|column| heading.names[column].as_str().into());
     columns[1].extend(growing.map(|name| ("t".to_owned(), name)));
     Some(columns)
 }
