@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use indexmap::IndexSet;
+use minijinja::value::Serde;
+use minijinja::{UndefinedBehavior, Value as Values, context};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +21,7 @@ use crate::name::worded;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Model, kappa};
 use crate::physics::disc::{Discs, UNIFORM_DISC};
+use crate::words::environment;
 
 /// Maximum length of a data set's name, bytes: with suffixes below the 255 of file systems.
 const MAX_NAME_BYTES: usize = 200;
@@ -131,8 +134,13 @@ struct TableSection {
 impl Keys {
     pub(crate) fn check(self, source: &Source) -> Manifest {
         self.check_name(source);
-        for [_, keys, message] in source.rules("faults") {
-            source.wrong(&keys, message);
+        let mut taken = Vec::new();
+        for (keys, message) in rules(source).lines().filter_map(|line| line.split_once('\t')) {
+            if keys == ">" {
+                taken.push(message.to_owned());
+            } else {
+                source.wrong(keys, message.replace("{}", source.written(keys)));
+            }
         }
         let (cue, is_disc, files) = (self.ball.own, self.ball.shape == Shape::Disc, self.files(source));
         let inertia = if is_disc { DISC_INERTIA } else { INERTIA };
@@ -148,10 +156,6 @@ impl Keys {
         // points on discs show their rotation
         let unstated = if is_disc { StatedSpin::Is(Spin::Unknown) } else { StatedSpin::Unstated };
         let camera = self.camera.map(Camera::section).unwrap_or_default();
-        let note = |[.., note]: [String; 3]| {
-            let note = note.replace("{unweighed}", &UNWEIGHED.to_string());
-            note.replace("{radius}", &Ball::POOL.radius.to_string())
-        };
         let dataset = Dataset {
             path: source.path.to_path_buf(),
             cloth: self.cloth,
@@ -163,7 +167,7 @@ impl Keys {
             loss: self.fit.loss,
             by: self.fit.by,
             side_sd: self.cue_spin.side_sd.unwrap_or(0.0),
-            taken: source.rules("notes").into_iter().map(note).collect(),
+            taken,
             ..Dataset::new(self.name, ball, Vec::new())
         };
         let tracks = TrackSettings {
@@ -230,6 +234,16 @@ impl Keys {
         }
         files.into_iter().collect()
     }
+}
+
+/// Returns the lines of rules.jinja for what is stated.
+fn rules(source: &Source) -> String {
+    let stated = Values::from(Serde(source.stated()));
+    let values = context! { unweighed => UNWEIGHED, radius => Ball::POOL.radius, ..stated };
+    let rules = environment(UndefinedBehavior::Chainable)
+        .and_then(|environment| environment.render_str(include_str!("rules.jinja"), values));
+    // it is a part of the program, as its tests show
+    rules.unwrap_or_else(|error| format!("name\t{error}"))
 }
 
 #[derive(Default, Deserialize, JsonSchema)]

@@ -1,6 +1,5 @@
 //! TOML files, checked against the JSON Schema of their structs: all problems, with their places.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
@@ -77,16 +76,12 @@ impl<'a> Source<'a> {
         source
     }
 
-    /// Returns the value of `fit.mu.lower`, `kind.2.side` in a list, or `fit.mu*` for any such.
+    /// Returns the value of `fit.mu.lower`, or of `kind.2.side` in a list.
     fn value(&self, key: &str) -> Option<&Spanned<DeValue<'a>>> {
         let mut keys = key.split('.');
         let first = self.table.get_ref().get(keys.next()?)?;
         keys.try_fold(first, |value, key| match value.get_ref() {
-            DeValue::Table(table) => {
-                let begin = key.strip_suffix('*');
-                let is_it = |own: &str| begin.map_or(own == key, |begin| own.starts_with(begin));
-                table.iter().find(|(own, _)| is_it(own.as_ref())).map(|(_, value)| value)
-            }
+            DeValue::Table(table) => table.get(key),
             DeValue::Array(values) => values.get(key.parse::<usize>().ok()?),
             _ => None,
         })
@@ -127,31 +122,9 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Returns the rules of a list in rules.toml whose conditions hold, with values in their words.
-    pub(crate) fn rules(&self, list: &str) -> Vec<[String; 3]> {
-        let lists = toml::from_str::<BTreeMap<String, Vec<[String; 3]>>>(include_str!("rules.toml"));
-        // it is a part of the program, as its tests show
-        let mut rules = lists.unwrap_or_default().remove(list).unwrap_or_default();
-        rules.retain(|[terms, ..]| {
-            terms.split(' ').all(|terms| terms.split('|').any(|term| self.holds(term)))
-        });
-        for [.., message] in &mut rules {
-            for key in ["kind", "ball.mass_kg"] {
-                *message = message.replace(&format!("{{{key}}}"), self.written(key));
-            }
-        }
-        rules
-    }
-
-    /// Returns whether a condition of a rule holds.
-    fn holds(&self, term: &str) -> bool {
-        let is = |key: &str, word: &str| self.written(key).trim_matches(['"', '\'']) == word;
-        match (term.split_once("!="), term.split_once('='), term.strip_prefix('!')) {
-            (Some((key, word)), ..) => !is(key, word),
-            (_, Some((key, word)), _) => is(key, word),
-            (.., Some(key)) => self.value(key).is_none(),
-            _ => self.value(term).is_some(),
-        }
+    /// Returns all that is stated; nothing if the syntax is wrong.
+    pub(crate) fn stated(&self) -> toml::Table {
+        toml::from_str(self.text).unwrap_or_default()
     }
 
     /// Adds all that is wrong with a value, by the schema that it is to fit.

@@ -5,12 +5,10 @@ use nalgebra::{DMatrix, Matrix3, Point2, Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::io::toml_file::Source;
 use crate::measurement::correction::Correction::{
     self, AsideX, AsideY, Aspect, Late, Lens, LensX, LensY, Nearness, ObjectScale, ParallaxX, ParallaxY,
     PerspectiveX, PerspectiveY, Push, Scale, Shear, ShutterX, ShutterY,
 };
-use crate::measurement::fault::Fault;
 use crate::measurement::observable::Measured;
 
 /// The section, or only its label: `camera = "phone"`.
@@ -85,19 +83,16 @@ impl<T> OneOrSeveral<T> {
     }
 }
 
-/// A key of the section: its corrections, their range, and the values expected beside `"auto"`.
-struct Key(&'static str, &'static [Correction], [f64; 2], &'static str);
-
-/// The keys; those without a range have words only.
-const KEYS: [Key; 8] = [
-    Key("scale", &[Scale], [0.1, 10.0], "a length of the film over the true one, from 0.1 to 10"),
-    Key("aspect", &[Aspect], [0.5, 2.0], "lengths along y over lengths along x, from 0.5 to 2"),
-    Key("shear", &[Shear], [-0.5, 0.5], "a number from -0.5 to 0.5"),
-    Key("perspective", &[PerspectiveX, PerspectiveY], [-2.0, 2.0], "[x, y], each from -2 to 2 per metre"),
-    Key("lens", &[Lens], [-0.3, 0.3], "a part of lengths at 0.5 m, from -0.3 to 0.3"),
-    Key("shutter", &[ShutterX, ShutterY], [f64::NAN; 2], ""),
-    Key("parallax", &[ParallaxX, ParallaxY, Nearness], [f64::NAN; 2], ""),
-    Key("tracker", &[Late, Push, AsideX, AsideY, ObjectScale], [f64::NAN; 2], ""),
+/// The corrections of each key of the section; rules.jinja has the ranges of its numbers.
+const KEYS: [&[Correction]; 8] = [
+    &[Scale],
+    &[Aspect],
+    &[Shear],
+    &[PerspectiveX, PerspectiveY],
+    &[Lens],
+    &[ShutterX, ShutterY],
+    &[ParallaxX, ParallaxY, Nearness],
+    &[Late, Push, AsideX, AsideY, ObjectScale],
 ];
 
 fn exact(value: f64) -> Option<Measured> {
@@ -105,24 +100,17 @@ fn exact(value: f64) -> Option<Measured> {
 }
 
 impl Stated {
-    /// Returns the value of each correction of a key, `None` for those to be estimated; `None`
-    /// unless they are as expected.
-    fn values(&self, Key(_, corrections, [low, high], _): &Key) -> Option<Vec<Option<Measured>>> {
-        let count = corrections.len();
-        let (means, sds) = match self {
-            Self::Word(Word::Auto) => return Some(vec![None; count]),
-            Self::Word(Word::None) => {
-                return Some(corrections.iter().map(|it| exact(it.neutral())).collect());
+    /// Returns the value of each correction of a key, `None` for those to be estimated.
+    fn values(&self, corrections: &[Correction]) -> Vec<Option<Measured>> {
+        match self {
+            Self::Word(Word::Auto) => vec![None; corrections.len()],
+            Self::Word(Word::None) => corrections.iter().map(|it| exact(it.neutral())).collect(),
+            Self::Exact(values) => values.each().iter().map(|value| exact(*value)).collect(),
+            Self::Prior { mean, sd } => {
+                let both = mean.each().iter().zip(sd.each());
+                both.map(|(mean, sd)| Some(Measured::new(*mean, *sd))).collect()
             }
-            Self::Exact(values) => (values.each(), vec![None; count]),
-            Self::Prior { mean, sd } => (mean.each(), sd.each().iter().copied().map(Some).collect()),
-        };
-        let value = |(mean, sd): (&f64, &Option<f64>)| {
-            let is_good = (low..=high).contains(&mean) && sd.is_none_or(|sd| sd > 0.0 && sd.is_finite());
-            is_good.then_some(Some(Measured { value: *mean, sd: *sd }))
-        };
-        let values = means.iter().zip(&sds).map(value).collect::<Option<Vec<_>>>()?;
-        ([means.len(), sds.len()] == [count; 2]).then_some(values)
+        }
     }
 }
 
@@ -136,7 +124,8 @@ impl Camera {
 }
 
 impl CameraSection {
-    fn statements(&self) -> impl Iterator<Item = (&'static Key, Stated)> {
+    /// Returns the corrections of each key that is stated, with the statement.
+    fn statements(&self) -> impl Iterator<Item = (&'static [Correction], Stated)> {
         let shutter = self.shutter.and_then(|shutter| match shutter {
             NumberOr::Word(word) => Some(word),
             NumberOr::Number(_) => None,
@@ -144,15 +133,7 @@ impl CameraSection {
         let values =
             [&self.scale, &self.aspect, &self.shear, &self.perspective, &self.lens].map(Clone::clone);
         let words = [shutter, self.parallax, self.tracker].map(|word| word.map(Stated::Word));
-        KEYS.iter().zip(values.into_iter().chain(words)).filter_map(|(key, stated)| Some((key, stated?)))
-    }
-
-    pub(super) fn check(&self, source: &Source) {
-        for (key, _) in self.statements().filter(|(key, stated)| stated.values(key).is_none()) {
-            let expected = format!("\"auto\", \"none\" or {}, and sd above 0", key.3);
-            let path = format!("camera.{}", key.0);
-            source.add(&[Fault::new(&path, source.written(&path), expected)]);
-        }
+        KEYS.into_iter().zip(values.into_iter().chain(words)).filter_map(|(key, stated)| Some((key, stated?)))
     }
 
     /// Returns the values that are stated, `None` for those to be estimated from the balls.
@@ -161,8 +142,8 @@ impl CameraSection {
     pub(super) fn values(&self, is_motion_capture: bool) -> [Option<Measured>; Correction::COUNT] {
         let unstated = |which: Correction| is_motion_capture && which.is_of_one_camera();
         let mut values = Correction::ALL.map(|which| exact(which.neutral()).filter(|_| unstated(which)));
-        for (key, stated) in self.statements() {
-            for (which, value) in key.1.iter().zip(stated.values(key).into_iter().flatten()) {
+        for (corrections, stated) in self.statements() {
+            for (which, value) in corrections.iter().zip(stated.values(corrections)) {
                 values[*which as usize] = value;
             }
         }

@@ -21,7 +21,7 @@ use std::path::PathBuf;
 use indexmap::IndexMap;
 use raw::{Job, RawShot, Stated};
 use rayon::prelude::*;
-use settings::{Format, NAMED, Names, TrackSettings};
+use settings::{Format, NAMED, TrackSettings};
 use words::Unit;
 
 use super::check_unique;
@@ -152,7 +152,7 @@ pub(super) struct Facts {
     file: Option<String>,
     pub(crate) labels: BTreeMap<String, String>,
     /// Names of tracks, in the order of [`NAMED`].
-    pub(crate) names: [Names; 4],
+    pub(crate) names: [Vec<String>; 4],
     /// Whether its own row, or its tracks, name one of the balls.
     pub(crate) names_balls: bool,
     pub(crate) capture_fps: Option<f64>,
@@ -255,10 +255,11 @@ impl ShotsTable {
     }
 }
 
-fn names(table: &Table, row: usize, column: &str) -> Option<Names> {
+fn names(table: &Table, row: usize, column: &str) -> Option<Vec<String>> {
     let cell = table.text(column, row)?;
-    let names = Names::of(cell.split(BETWEEN));
-    if !names.are_good() {
+    let names: Vec<String> = cell.split(BETWEEN).map(|name| name.trim().to_owned()).collect();
+    let is_bad = |i: usize| names[i].is_empty() || names[..i].contains(&names[i]);
+    if (0..names.len()).any(is_bad) {
         let message = format!("\"{cell}\"; expected names of tracks, each once, with {BETWEEN} between them");
         table.wrong(row, column, message);
     }

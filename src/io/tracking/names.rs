@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::Facts;
 use super::raw::{Job, RawShot, RawTrack, Row, sorted, span, stem};
-use super::settings::{NAMED, Names};
+use super::settings::NAMED;
 use crate::film::rigid_body::circle_centres;
 use crate::io::error::{Subject, grouped, listed, quoted};
 use crate::io::text::shortened;
@@ -27,12 +27,12 @@ pub(super) fn assign(raw: &mut RawShot, facts: &Facts, job: Job) -> bool {
     let RawShot { tracks, line, .. } = raw;
     let mut are_found = true;
     for (which, (key, names)) in NAMED.into_iter().zip(&facts.names).enumerate() {
-        for (order, name) in names.0.iter().enumerate() {
+        for (order, name) in names.iter().enumerate() {
             let found = find(tracks, name);
             let [i] = found[..] else {
                 are_found = false;
                 let message = if found.is_empty() {
-                    missing(tracks, name, &format!("{key} = {}", names.shown()), order)
+                    missing(tracks, name, &format!("{key} = {names:?}"), order)
                 } else {
                     let shown = |i: &usize| format!("\"{}\" (line {})", tracks[*i].name, tracks[*i].line());
                     let (count, all) = (found.len(), found.iter().map(shown).collect::<Vec<_>>().join(", "));
@@ -229,7 +229,7 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Option<(
     let message = format!("[tracks] names no cue: the disc that moves first, taken as cue, is {shown}");
     job.note(Subject::Names, raw.line, message);
     let ([cue, cue_markers], [object, object_markers]) = (one, other);
-    facts.names = [cue, object, cue_markers, object_markers].map(Names);
+    facts.names = [cue, object, cue_markers, object_markers];
     facts.names_balls = true;
     Some(())
 }

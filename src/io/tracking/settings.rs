@@ -1,6 +1,5 @@
 //! The sections of dataset.toml for kind = "tracks".
 
-use std::collections::HashMap;
 use std::path::PathBuf;
 
 use indexmap::IndexMap;
@@ -62,10 +61,10 @@ pub(crate) struct ScaleSection {
 pub(crate) struct TracksSection {
     #[serde(default)]
     pub(super) format: Format,
-    pub(super) cue: Option<Names>,
-    pub(super) object: Option<Names>,
-    cue_markers: Option<Names>,
-    object_markers: Option<Names>,
+    pub(super) cue: Option<OneOrSeveral<String>>,
+    pub(super) object: Option<OneOrSeveral<String>>,
+    cue_markers: Option<OneOrSeveral<String>>,
+    object_markers: Option<OneOrSeveral<String>>,
     shots: Option<String>,
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) position_sd_m: Option<f64>,
@@ -93,35 +92,8 @@ worded! {
     pub(super) fn shown;
 }
 
-/// The names of the tracks of one ball: its centre, or several markers on it.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema, PartialEq)]
-#[serde(from = "OneOrSeveral<String>")]
-pub(crate) struct Names(pub Vec<String>);
-
-impl From<OneOrSeveral<String>> for Names {
-    fn from(names: OneOrSeveral<String>) -> Self {
-        Self::of(names.each().iter().map(String::as_str))
-    }
-}
-
 /// Keys of `[tracks]`, and columns of the table of shots, that name tracks.
 pub(super) const NAMED: [&str; 4] = ["cue", "object", "cue_markers", "object_markers"];
-
-impl Names {
-    pub(super) fn of<'a>(names: impl IntoIterator<Item = &'a str>) -> Self {
-        Self(names.into_iter().map(|name| name.trim().to_string()).collect())
-    }
-
-    pub(super) fn are_good(&self) -> bool {
-        let Self(names) = self;
-        let is_bad = |(i, name): (usize, &String)| name.is_empty() || names[..i].contains(name);
-        !names.is_empty() && !names.iter().enumerate().any(is_bad)
-    }
-
-    pub(super) fn shown(&self) -> String {
-        if let [one] = self.0.as_slice() { format!("{one:?}") } else { format!("{:?}", self.0) }
-    }
-}
 
 /// The sections of dataset.toml for tracks, and what follows from them.
 #[derive(Clone, Debug, Default)]
@@ -132,8 +104,8 @@ pub(crate) struct TrackSettings {
     pub(crate) tracks: TracksSection,
     /// The films, still without shots.
     pub(crate) film: Tracks,
-    /// Tracks of both balls, and of points on them, in the order of [`NAMED`].
-    pub(crate) names: [Names; 4],
+    /// Names of the tracks under each key of [`NAMED`]: of a ball's centre, or of points on it.
+    pub(crate) names: [Vec<String>; 4],
     pub(crate) calibration: Calibration,
     pub(crate) shots: Option<PathBuf>,
 }
@@ -156,19 +128,15 @@ impl TrackSettings {
     }
 
     pub(super) fn single_names(&self) -> Option<[&str; 2]> {
-        self.names[..2].iter().all(|names| names.0.len() == 1).then(|| self.first_names())
+        self.names[..2].iter().all(|names| names.len() == 1).then(|| self.first_names())
     }
 
     pub(super) fn first_names(&self) -> [&str; 2] {
-        [0, 1].map(|ball| self.names[ball].0.first().map_or("", String::as_str))
+        [0, 1].map(|ball| self.names[ball].first().map_or("", String::as_str))
     }
 
     /// Checks the sections, whose problems are added to those of the source, and derives the rest.
     pub(crate) fn checked(mut self, source: &Source) -> Self {
-        self.camera.check(source);
-        if let Some(columns) = &self.tracks.columns {
-            check_columns(columns, source);
-        }
         let (is_px, points) = (self.scale.length_unit == Some(Unit::Px), &self.scale.point);
         let is_up = self.scale.y_axis.as_ref().map(|axis| axis == "up");
         let seconds = self.video.row_readout_s.or(self.camera.shutter.and_then(NumberOr::number));
@@ -178,13 +146,6 @@ impl TrackSettings {
         self.film.from_balls = !has_ruler;
         self.film.scale_sd = has_ruler.then(|| self.scale.sd.unwrap_or(Tracks::SCALE_SD));
         self.film.rate_sd = self.video.capture_fps_sd.zip(self.fps()).map(|(sd, fps)| sd / fps);
-        let frame = self.known_fps().map(f64::recip);
-        if let Some((seconds, frame)) = seconds.zip(frame).filter(|(seconds, frame)| seconds > frame) {
-            let message = format!(
-                "rows of a picture are read in {seconds} s; expected at most {frame:.6} s, the time of a frame"
-            );
-            source.wrong("video.row_readout_s camera.shutter", message);
-        }
         let map = (is_px && points.len() > 3).then(|| homography(points, is_up)).transpose();
         let map = map.map_err(|message| source.wrong("scale.point.0", message)).ok().flatten();
         self.film.notes.extend(map.iter().map(|(_, note)| format!("{}: {note}", source.path.display())));
@@ -197,29 +158,18 @@ impl TrackSettings {
         };
         let folder = source.path.parent().map(PathBuf::from).unwrap_or_default();
         self.shots = self.tracks.shots.as_ref().map(|shots| folder.join(shots));
-        self.name(source);
-        self
-    }
-
-    /// Sets the names under the keys of [`NAMED`]; complains about those that stand twice.
-    fn name(&mut self, source: &Source) {
         let TracksSection { cue, object, cue_markers, object_markers, .. } = &self.tracks;
-        let stated = [cue, object, cue_markers, object_markers];
-        let mut used: HashMap<&String, &str> = HashMap::new();
-        for (key, names) in NAMED.into_iter().zip(stated) {
-            let Some(names) = names else { continue };
-            let wrong = |message: String| source.wrong(&format!("tracks.{key}"), message);
-            if !names.are_good() {
-                wrong(format!("{key} is {}; expected names of tracks, each once", names.shown()));
-            }
-            for name in &names.0 {
-                if let Some(other) = used.insert(name, key).filter(|other| *other != key) {
-                    wrong(format!("\"{name}\" is both {other} and {key}; expected different tracks"));
-                }
-            }
-        }
-        let default = |i: usize| if i < 2 { Names::of([NAMED[i]]) } else { Names::default() };
-        self.names = [0, 1, 2, 3].map(|i| stated[i].clone().unwrap_or_else(|| default(i)));
+        let names = |stated: &Option<OneOrSeveral<String>>, default: &[&'static str]| -> Vec<String> {
+            let stated = stated.as_ref().map(|names| names.each().iter().map(String::as_str).collect());
+            stated.unwrap_or(default.to_vec()).iter().map(|name| name.trim().to_owned()).collect()
+        };
+        self.names = [
+            names(cue, &["cue"]),
+            names(object, &["object"]),
+            names(cue_markers, &[]),
+            names(object_markers, &[]),
+        ];
+        self
     }
 }
 
@@ -249,15 +199,6 @@ pub(super) fn schema_of_columns(_: &mut SchemaGenerator) -> Schema {
     let both = pairs.flat_map(|[one, other]| [(one.clone(), [other.clone()]), (other, [one])]);
     let both: IndexMap<String, [String; 1]> = both.collect();
     json_schema!({ "type": "object", "properties": properties, "dependentRequired": both })
-}
-
-fn check_columns(columns: &Columns, source: &Source) {
-    let each = columns.iter().filter(|(key, _)| *key != ANGLE_UNIT);
-    let (names, numbers): (Vec<_>, Vec<_>) = each.partition(|(_, column)| column.is_str());
-    if !names.is_empty() && !numbers.is_empty() {
-        let message = "[tracks.columns] has some by name and some by number; expected one of them throughout";
-        source.wrong("tracks.columns", message);
-    }
 }
 
 pub(super) fn angle_unit(columns: &Columns) -> Option<Unit> {
