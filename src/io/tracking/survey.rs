@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use indexmap::IndexMap;
+use minijinja::value::Serde;
 use minijinja::{Value as Values, context};
 
 use super::formats::MOTIVE;
@@ -169,7 +171,7 @@ impl Survey {
         }
     }
 
-    /// Returns the cue ball and the guessed columns, exchanged if those named object move first.
+    /// Returns the names of the balls in the order of their motion, if it is clear, and the columns.
     fn balls(&self) -> Values {
         let (tracks, [columns, doubtful]) = (self.tracks(), &self.columns);
         let order = match tracks.as_slice() {
@@ -177,32 +179,17 @@ impl Survey {
             [a, b] if b.1 + EARLIER < a.1 => Some([b.0, a.0]),
             _ => None,
         };
-        // a table with a row per frame names the balls by its columns
-        let first_column =
-            order.and_then(|[cue, _]| columns.get(&format!("{cue}_x"))).map(toml::Value::to_string);
-        let second = first_column.as_ref().filter(|_| order.is_some_and(|[cue, _]| cue != "cue"));
-        // names such as cue and object are believed
-        let is_believed = second.is_some_and(|column| column.contains("obj"));
-        let are_exchanged = second.is_some() && !is_believed;
-        let line = |(key, column): (&String, &toml::Value)| {
-            let key = match key.split_once('_') {
-                Some(("cue", rest)) if are_exchanged => &format!("object_{rest}"),
-                Some(("object", rest)) if are_exchanged => &format!("cue_{rest}"),
-                _ => key,
-            };
-            format!("{key} = {column}")
+        let written = |columns: &Columns| -> IndexMap<String, String> {
+            columns.iter().map(|(key, column)| (key.clone(), column.to_string())).collect()
         };
         let [cue, object] = [0, 1].map(|i| order.map(|names| toml::Value::from(names[i]).to_string()));
         context! {
-            layout => if columns.is_empty() { "auto" } else { "columns" },
             tracks => quoted(tracks.iter().map(|(name, _)| name)),
-            first_column,
-            is_believed,
+            first => order.map(|[cue, _]| cue),
             cue,
             object,
-            has_wide_columns => columns.contains_key("cue_x"),
-            columns => columns.iter().map(line).collect::<Vec<String>>(),
-            doubtful => doubtful.iter().map(line).collect::<Vec<String>>(),
+            columns => Serde(written(columns)),
+            doubtful => Serde(written(doubtful)),
         }
     }
 }
