@@ -153,18 +153,15 @@ pub(crate) fn positions_of<'a>(shots: impl Iterator<Item = &'a TrackShot>) -> Po
             rows.extend(samples.iter().map(|sample| (shot, names, sample)));
         }
     }
-    let names = |name: fn(&'a TrackShot, [&'a str; 2]) -> &'a str| -> Vec<&str> {
-        rows.iter().map(|(shot, names, _)| name(shot, *names)).collect()
-    };
     let numbers = |number: fn(&Sample) -> Option<f64>| -> Vec<Option<f64>> {
         rows.iter().map(|(.., sample)| number(sample)).collect()
     };
     df!(
-        "shot" => names(|shot, _| &shot.name),
+        "shot" => rows.iter().map(|(shot, ..)| shot.name.as_str()).collect::<Vec<_>>(),
         "frame" => rows.iter().map(|(shot, _, sample)| (sample.t * shot.fps).round() as i64).collect::<Vec<_>>(),
         "t" => numbers(|sample| Some(sample.t)),
-        "ball" => names(|_, [ball, _]| ball),
-        "point" => names(|_, [_, point]| point),
+        "ball" => rows.iter().map(|(_, [ball, _], _)| *ball).collect::<Vec<_>>(),
+        "point" => rows.iter().map(|(_, [_, point], _)| *point).collect::<Vec<_>>(),
         "x" => numbers(|sample| Some(sample.x)),
         "y" => numbers(|sample| Some(sample.y)),
         "x_sd" => numbers(|sample| Some(sample.sd?[0])),

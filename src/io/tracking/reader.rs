@@ -201,10 +201,9 @@ impl<'a> Reader<'a> {
     pub(super) fn finish(self) -> Vec<RawShot> {
         let job = self.job;
         // numbers of JSON have no mark between thousands
-        for mark in
-            [&self.times, &self.positions].into_iter().filter(|_| self.layout.stated.format != Format::Json)
-        {
-            mark.finish(job.file, job.log);
+        if self.layout.stated.format != Format::Json {
+            self.times.finish(job.file, job.log);
+            self.positions.finish(job.file, job.log);
         }
         if self.positions.is_comma() || self.times.is_comma() {
             job.note(Subject::Format, None, "decimal comma");
@@ -332,11 +331,8 @@ impl Layout {
         number_twins(centres.map(|body| &mut body.name).collect());
         let lengths = bodies.iter().flat_map(Body::lengths);
         let unit = heading.unit(lengths, Unit::M, None, job);
-        let unit_of_time = match time {
-            Some((time, false)) => heading.time(time, job),
-            _ => Unit::Frames,
-        };
-        let stated = Stated { format, unit, time: Some(unit_of_time), ..Stated::default() };
+        let clock = time.filter(|(_, is_frame)| !is_frame).map(|(column, _)| heading.time(column, job));
+        let stated = Stated { format, unit, time: clock.or(Some(Unit::Frames)), ..Stated::default() };
         Self { heading, shot: None, ball: None, time: time.map(|(column, _)| column), stated, bodies }
     }
 
