@@ -124,26 +124,18 @@ impl Camera {
 }
 
 impl CameraSection {
-    /// Returns the corrections of each key that is stated, with the statement.
-    fn statements(&self) -> impl Iterator<Item = (&'static [Correction], Stated)> {
-        let shutter = self.shutter.and_then(|shutter| match shutter {
-            NumberOr::Word(word) => Some(word),
-            NumberOr::Number(_) => None,
-        });
-        let values =
-            [&self.scale, &self.aspect, &self.shear, &self.perspective, &self.lens].map(Clone::clone);
-        let words = [shutter, self.parallax, self.tracker].map(|word| word.map(Stated::Word));
-        KEYS.into_iter().zip(values.into_iter().chain(words)).filter_map(|(key, stated)| Some((key, stated?)))
-    }
-
     /// Returns the values that are stated, `None` for those to be estimated from the balls.
     /// Motion-capture systems correct positions for their cameras: distortions of one camera are
     /// estimated there only on request.
     pub(super) fn values(&self, is_motion_capture: bool) -> [Option<Measured>; Correction::COUNT] {
         let unstated = |which: Correction| is_motion_capture && which.is_of_one_camera();
         let mut values = Correction::ALL.map(|which| exact(which.neutral()).filter(|_| unstated(which)));
-        for (corrections, stated) in self.statements() {
-            for (which, value) in corrections.iter().zip(stated.values(corrections)) {
+        let shutter = if let Some(NumberOr::Word(word)) = self.shutter { Some(word) } else { None };
+        let words = [shutter, self.parallax, self.tracker].map(|word| word.map(Stated::Word));
+        let keys = [&self.scale, &self.aspect, &self.shear, &self.perspective, &self.lens];
+        for (corrections, stated) in KEYS.into_iter().zip(keys.into_iter().chain(&words)) {
+            let stated = stated.iter().flat_map(|stated| stated.values(corrections));
+            for (which, value) in corrections.iter().zip(stated) {
                 values[*which as usize] = value;
             }
         }

@@ -181,7 +181,6 @@ impl ShotsTable {
         let capture_fps = settings.fps();
         let mut others =
             Facts { stated: assumed, names: settings.names.clone(), capture_fps, ..Facts::default() };
-        let path = settings.shots.clone().unwrap_or_default();
         let table = settings.shots.as_ref().and_then(|path| Table::read(path, log));
         let Some(table) = table else { return Self { others, ..Self::default() } };
         let [x, y, z] = OMEGA.map(|name| (name, 1.0, FINITE));
@@ -217,7 +216,7 @@ impl ShotsTable {
                 table.wrong(row, "shot", message);
             }
         }
-        Self { path, rows, others, note: table.note(None) }
+        Self { path: table.path.clone(), rows, others, note: table.note(None) }
     }
 
     fn facts(&self, shot: &str) -> &Facts {

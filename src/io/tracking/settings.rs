@@ -61,8 +61,11 @@ pub(crate) struct ScaleSection {
 pub(crate) struct TracksSection {
     #[serde(default)]
     pub(super) format: Format,
+    /// The names of the tracks of one ball: its centre, or several markers on it.
     pub(super) cue: Option<OneOrSeveral<String>>,
+    /// Likewise of the other ball.
     pub(super) object: Option<OneOrSeveral<String>>,
+    /// The names of further tracks of points on each ball.
     cue_markers: Option<OneOrSeveral<String>>,
     object_markers: Option<OneOrSeveral<String>>,
     shots: Option<String>,
@@ -70,7 +73,7 @@ pub(crate) struct TracksSection {
     pub(super) position_sd_m: Option<f64>,
     #[schemars(extend("enum" = Unit::S.names_alike()))]
     pub(super) time_unit: Option<Unit>,
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(schema_with = "schema_of_columns")]
     pub(super) columns: Option<Columns>,
 }
