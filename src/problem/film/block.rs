@@ -329,7 +329,8 @@ impl FilmBlock {
         let judge = |(shot, own): (&FilmedShot, &Own)| {
             let at = ShotAt { film: self, shot, own, shared };
             let judged = shot.spin.candidates().into_iter().map(|spin| at.judge_state(&spin));
-            judged.min_by(|a, b| a.cost.total_cmp(&b.cost))
+            let is_open = shot.spin.states != States::One;
+            is_open.then(|| judged.min_by(|a, b| a.cost.total_cmp(&b.cost))).flatten()
         };
         let best: Vec<Option<Judged>> = self.shots.par_iter().zip(&*own).map(judge).collect();
         let mut changed = false;

@@ -164,7 +164,8 @@ pub(crate) fn spin_freely(problem: &Problem, at: &Evaluation, first: &Prepared) 
     let mut free = Problem { unknowns: of_unknown_spins(&problem.unknowns), ..problem.clone() };
     let start = State { shared: Shared::starts(&free.unknowns), ..first.start.clone() };
     let film = free.film_mut()?;
-    film.noise = first.problem.film()?.noise;
+    let before = first.problem.film()?;
+    (film.noise, film.spreads) = (before.noise, before.spreads);
     for shot in Arc::make_mut(&mut film.shots) {
         shot.spin = ShotSpin::UNKNOWN;
     }
