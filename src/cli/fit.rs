@@ -74,7 +74,8 @@ fn falling(text: &str) -> Result<Falling, String> {
 fn load(args: &Args) -> Result<(Vec<Dataset>, Vec<String>), Failure> {
     let (tables, folders): (Vec<PathBuf>, Vec<PathBuf>) =
         args.datasets.iter().cloned().partition(|path| is_table(path));
-    if tables.is_empty() && args.told != Told::default() {
+    let are_there = folders.iter().all(|folder| folder.exists());
+    if tables.is_empty() && are_there && args.told != Told::default() {
         refuse!(
             "--fps, --radius, --spin, --cue, --object and --unit are for a table without a dataset.toml; of a data set, its \
              dataset.toml states them"

@@ -176,14 +176,17 @@ impl Seen {
         Ok(Self { file, text, names, ..Self::default() })
     }
 
+    /// Returns whether a column is called so, in small letters and without a unit: the loader says
+    /// how to write it.
     fn has(&self, name: &str) -> bool {
-        self.names.iter().any(|own| own == name)
+        let bare = |own: &String| own.split([' ', '[', '(']).next().unwrap_or_default().to_lowercase();
+        self.names.iter().any(|own| bare(own) == name)
     }
 
     fn is_shots_table(&self) -> bool {
         let is_called_so = self.file.file_name().is_some_and(|name| name.eq_ignore_ascii_case(SHOTS));
-        let has_facts = self.has("shot") && KNOWN.split(' ').skip(1).any(|name| self.has(name));
-        is_called_so && has_facts && !["cut_deg", "nx", "x"].into_iter().any(|name| self.has(name))
+        let others = ["cut_deg", "nx", "x", "cue_x", "frame", "t", "time"];
+        is_called_so && !others.into_iter().any(|name| self.has(name))
     }
 
     /// Determines the kind and the content; `Err` if it is neither tracks nor, by its beginning, text.
@@ -262,6 +265,17 @@ fn look_at(files: &mut Vec<Seen>, found: &mut Vec<String>) -> Result<(), Problem
     for seen in files.extract_if(.., |seen| !is_clear(seen)) {
         let why = "no table of positions or measurements, or one without rows; left out";
         found.push(format!("{}: {why}.", seen.file.display()));
+    }
+    // one [tracks.columns] serves all files: that of most
+    let alike =
+        |seen: &&Seen| files.iter().filter(|other| other.survey.columns() == seen.survey.columns()).count();
+    let most = files.iter().find(|seen| 2 * alike(seen) > files.len()).map(|seen| seen.survey.columns());
+    for seen in files.extract_if(.., |seen| most.as_ref().is_some_and(|most| seen.survey.columns() != *most))
+    {
+        found.push(format!(
+            "{}: its columns are not those of the other files; left out.",
+            seen.file.display()
+        ));
     }
     if let Some(other) = files.iter().find(|seen| seen.kind != files[0].kind) {
         let (own, Seen { file, kind, .. }) = (other.kind, &files[0]);

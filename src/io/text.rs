@@ -240,8 +240,10 @@ impl Mark {
                 self.hundreds.get_or_insert_with(|| (cell.line, text.to_string()));
             }
             None => {}
-            // 1,874 or -12,005
-            Some((whole, rest)) if !begins_with_0 && is_group(whole, 1) && is_group(rest, 3) => {
+            // 1,874 or -12,005; positions of 100,000 and more are none
+            Some((whole, rest))
+                if !begins_with_0 && whole.len() < 3 && is_group(whole, 1) && is_group(rest, 3) =>
+            {
                 self.grouped.get_or_insert_with(|| (cell.line, cell.column.to_string(), text.to_string()));
             }
             Some(_) => self.is_decimal = true,

@@ -75,7 +75,8 @@ pub(super) fn verdict(comparison: &Comparison) -> Verdict {
         Some(first) if outcomes.is_empty() || grade == Grade::Unusable => (*first).to_owned(),
         Some(first) => format!("{outcomes}. But: {first}"),
         None if outcomes.is_empty() => {
-            "A comparison is impossible: no quantity is determined by two of them.".to_owned()
+            "A comparison is impossible: no quantity that is not shared is determined by two of them."
+                .to_owned()
         }
         None => format!("{outcomes}."),
     };

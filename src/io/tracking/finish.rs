@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 
 use super::camera::Calibration;
+use super::follow::name_followed;
 use super::names::{assign, find, find_discs};
-use super::raw::{Job, RawShot, RawTrack, Row, jump_speed, sorted, stem};
+use super::raw::{Job, RawShot, RawTrack, Row, jump_speed, sorted};
 use super::repair::{self, remove_lost};
-use super::settings::TrackSettings;
 use super::words::Unit;
 use super::{Facts, MIN_SHOTS_PER_CORE, time};
 use crate::film::rigid_body::circle_centres;
@@ -14,7 +14,6 @@ use crate::io::error::{Log, Subject, listed};
 use crate::io::manifest::StatedSpin;
 use crate::io::text::shortened;
 use crate::measurement::dataset::Tracks;
-use crate::measurement::number::count_of;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
 use crate::numerics::{EXACT, median};
 
@@ -98,62 +97,6 @@ fn beginnings(shot: &RawShot, fps: Option<f64>) -> Vec<f64> {
     let jumps = frames.windows(2).filter(jumps).map(|two| two[1][0].time);
     let pauses = times.windows(2).filter(|two| two[1] - two[0] > pause).map(|two| two[1]);
     sorted(pauses.chain(jumps))
-}
-
-/// Splits the rows of every shot into the tracks of two balls, named when clips are separated.
-pub(super) fn follow(shots: &mut [RawShot], job: Job) {
-    for shot in shots {
-        let rows: Vec<Row> = shot.tracks.iter().flat_map(RawTrack::seen).copied().collect();
-        if rows.windows(2).all(|two| two[0].time < two[1].time) {
-            // a file of one ball
-            shot.tracks.iter_mut().for_each(|track| track.name = stem(job.file).into_owned());
-            continue;
-        }
-        let (mut tracks, mut others) = (vec![RawTrack::default(); 2], Vec::new());
-        for frame in rows.chunk_by(|a, b| a.time == b.time) {
-            let followed = nearest([0, 1].map(|ball: usize| tracks[ball].rows.last()), frame);
-            others.extend((0..frame.len()).filter(|i| !followed.contains(&Some(*i))).map(|i| frame[i].line));
-            for (track, row) in tracks.iter_mut().zip(followed) {
-                track.rows.extend(row.map(|row| frame[row]));
-            }
-        }
-        if let Some(first) = others.first() {
-            let rows = count_of(others.len(), "row");
-            let message = format!("{rows} of other objects than the two balls: left out");
-            job.note(Subject::Gaps, *first, message);
-        }
-        shot.tracks = tracks;
-        let message = "rows do not name the ball: both balls are followed from frame to frame, and the one that moves first is the cue ball";
-        job.note(Subject::Names, None, message);
-    }
-}
-
-/// Names the tracks that were followed: the first to move is the cue ball.
-fn name_followed(shot: &mut RawShot, settings: &TrackSettings) {
-    if shot.tracks.len() != 2 || shot.tracks.iter().any(|track| !track.name.is_empty()) {
-        return;
-    }
-    let [one, other] = [0, 1].map(|i| shot.beginning(&shot.tracks[i]));
-    if other.zip(one).is_some_and(|(other, one)| other < one) {
-        shot.tracks.reverse();
-    }
-    for (track, name) in shot.tracks.iter_mut().zip(settings.first_names()) {
-        track.name = name.to_string();
-    }
-}
-
-/// Returns the rows of a frame nearest to two balls: the sum of both steps is least.
-fn nearest(last: [Option<&Row>; 2], frame: &[Row]) -> [Option<usize>; 2] {
-    let [Some(one), Some(other)] = last else {
-        return if frame.len() == 2 { [Some(0), Some(1)] } else { [None; 2] };
-    };
-    if let [row] = frame {
-        return if one.distance(row) < other.distance(row) { [Some(0), None] } else { [None, Some(0)] };
-    }
-    let way = |(i, j): &(usize, usize)| one.distance(&frame[*i]) + other.distance(&frame[*j]);
-    let pairs = (0..frame.len()).flat_map(|i| (0..frame.len()).map(move |j| (i, j)));
-    let least = pairs.filter(|(i, j)| i != j).min_by(|a, b| way(a).total_cmp(&way(b)));
-    least.map_or([None; 2], |(i, j)| [Some(i), Some(j)])
 }
 
 /// Joins pieces to both balls' tracks, as named or, if two at most are seen at a time, the first.

@@ -98,7 +98,7 @@ fn is_tracker(heading: &Heading) -> bool {
     let has_any = |any: &[&str]| any.iter().any(|name| heading.at(name).is_some());
     let is_long = [BALLS, SHOTS].into_iter().any(|role| find(names, role).is_some());
     // other programs write both balls beside each other: X, Y, X 2, Y 2
-    let are_two = has_any(&["x2", "x 2", "x_2"]);
+    let are_two = has_any(&["x2", "x 2", "x_2", "x.1"]);
     let positions = || pairs(names).iter().filter(|(_, kind)| *kind == Kind::Position).count();
     let has_columns = has_any(&["x"]) && has_any(&["y"]) && has_any(&["frame", "t", "time"]);
     has_columns && !is_long && (!are_two || positions() == 1)

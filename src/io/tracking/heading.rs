@@ -65,6 +65,13 @@ impl Heading {
         let mut heading = Self { is_comment, own: own_names, ..Self::plain(line, line, separator, names) };
         let bare = heading.names.iter().map(|name| split(name)).map(|(bare, unit)| (bare.to_owned(), unit));
         (heading.bare, heading.units) = bare.unzip();
+        let repeated = repeated(&heading.bare);
+        for (i, bare) in heading.bare.iter_mut().enumerate() {
+            let is_axis = ["x", "y", "z"].iter().any(|axis| bare.eq_ignore_ascii_case(axis));
+            if let Some((ball, _)) = heading.names[i].rsplit_once(':').filter(|_| repeated[i] && is_axis) {
+                *bare = format!("{ball} {bare}");
+            }
+        }
         for (line, row) in below.iter().take(MAX_FURTHER_LINES) {
             let Some(row) = heading.further(row) else { break };
             heading.above = *line;

@@ -3,6 +3,7 @@
 
 pub(crate) mod camera;
 mod finish;
+mod follow;
 mod formats;
 mod heading;
 mod names;

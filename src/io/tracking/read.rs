@@ -7,7 +7,8 @@ use indexmap::IndexMap;
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
-use super::finish;
+use super::finish::clips;
+use super::follow::follow;
 use super::formats::FORMATS;
 use super::heading::{Heading, Rows, TITLES, headings};
 use super::raw::{Job, RawShot, RawTrack, Stated, stem};
@@ -39,7 +40,7 @@ pub(super) fn file(job: Job, alone: bool) -> Option<Vec<RawShot>> {
         return None;
     }
     let job = Job { text: &text, ..job };
-    Some(finish::clips(as_written(job)?, alone, job))
+    Some(clips(as_written(job)?, alone, job))
 }
 
 fn as_written(job: Job) -> Option<Vec<RawShot>> {
@@ -81,7 +82,7 @@ fn by_layout(layout: &Layout, job: Job) -> Vec<RawShot> {
     }
     // no column and no names of columns separate the balls
     if layout.ball.is_none() && layout.bodies.iter().all(|body| body.name.is_empty()) {
-        finish::follow(&mut shots, job);
+        follow(&mut shots, job);
     }
     shots
 }

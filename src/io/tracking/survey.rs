@@ -87,6 +87,11 @@ impl Survey {
         self
     }
 
+    /// Returns the guessed columns.
+    pub(crate) fn columns(&self) -> [Columns; 2] {
+        self.columns.clone()
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.problems.is_empty() && self.tracks().is_empty()
     }
@@ -257,7 +262,8 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
     let names_balls = |role| find(&names, role).is_some_and(|column| rows.values(column) > 1);
     let [frame, time, shot] = [FRAMES, TIMES, SHOTS].map(|role| find(&names, role));
     // without a column of balls, numbers that look like one box are those of two balls
-    let are_pairs = frame.or(time).is_some_and(|time| rows.are_shared(time, shot, 2));
+    let has_up_to = |most| frame.or(time).is_some_and(|time| rows.are_shared(time, shot, most));
+    let are_pairs = has_up_to(2);
     let names_ball = are_pairs || names_balls(words::BALLS) || names_balls(PERHAPS_BALLS);
     let (boxes, is_size) = boxes(&names, names_ball);
     let mut taken: Vec<usize> = all.iter().flat_map(|(pair, _)| *pair).collect();
@@ -271,16 +277,23 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
     if !boxes.is_empty() {
         positions = boxes.iter().map(|[corner, _]| *corner).collect();
     }
+    // a striped ball beside a solid one
+    let is_ball = |[x, _]: &[usize; 2]| names[*x].len() > 1;
+    if ball.is_none() && markers.len() == 1 && positions.len() == 1 && positions.iter().all(is_ball) {
+        positions.extend(&markers);
+        positions.sort_unstable();
+    }
     let are_all_known = (0..names.len()).filter(is_free).all(|i| [frame, time, shot].contains(&Some(i)));
     let is_single = are_all_known && frame.or(time).is_some_and(|time| rows.grows(time, shot));
     let begins: &[&str] = match (positions.len(), ball) {
         (2, None) => &["cue_", "object_"],
-        (1, _) if ball.is_some() || are_pairs || is_single => &[""],
+        // carom is played with three balls
+        (1, _) if ball.is_some() || has_up_to(3) || is_single => &[""],
         _ => return None,
     };
     let is_other = |column: &usize| is_free(column) && ![shot, ball].contains(&Some(*column));
     let frame = frame.filter(is_other);
-    let time = time.filter(|column| frame.is_none() && is_other(column));
+    let time = time.filter(is_other);
     let count = names.iter().position(|name| name == "n").filter(|_| time.is_none());
     let mut growing = rows.growing(heading, shot).filter(|_| frame.or(time).or(count).is_none());
     // an angle for each ball, or no column is one of angles
