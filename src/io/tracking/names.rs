@@ -32,7 +32,8 @@ pub(super) fn assign(raw: &mut RawShot, facts: &Facts, job: Job) -> bool {
             let [i] = found[..] else {
                 are_found = false;
                 let message = if found.is_empty() {
-                    missing(tracks, name, &format!("{key} = {names:?}"), order)
+                    let stated = if names.len() == 1 { format!("{name:?}") } else { format!("{names:?}") };
+                    missing(tracks, name, &format!("{key} = {stated}"), order)
                 } else {
                     let shown = |i: &usize| format!("\"{}\" (line {})", tracks[*i].name, tracks[*i].line());
                     let (count, all) = (found.len(), found.iter().map(shown).collect::<Vec<_>>().join(", "));
