@@ -24,7 +24,9 @@ pub(super) fn follow(shots: &mut [RawShot], job: Job) {
         let (mut tracks, mut others) = (vec![RawTrack::default(); 2], Vec::new());
         // back to the first frame, whose order the rows then have, and on
         for frames in [before.iter().rev().collect::<Vec<_>>(), after.iter().collect()] {
-            tracks.iter_mut().for_each(|track| track.rows.reverse());
+            for track in &mut tracks {
+                track.rows.reverse();
+            }
             let mut last = balls;
             for frame in frames {
                 let followed = nearest(last, frame);
