@@ -108,7 +108,7 @@ impl<T: Number> Stretch<T> {
     }
 
     /// Returns the ball at a time, s.
-    pub(crate) fn at(&self, time: T) -> Moment<T> {
+    fn at(&self, time: T) -> Moment<T> {
         let t = time - self.from.time;
         let change = self.acceleration * t;
         Moment {

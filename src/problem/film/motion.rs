@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use num_dual::DualNum;
 
 use super::camera::{Camera, Point};
-use super::dual::{Dual, DualVector, INPUTS, SMOOTH_SPEED, constant, norm};
+use super::dual::{Dual, DualVector, INPUTS, SMOOTH_SPEED, constant, gradient, norm};
 use super::filmed::ShotAt;
 use super::impact::{Parting, Side};
 use super::own::{self, MOVING};
@@ -24,10 +24,23 @@ pub(super) type Piece = frames::Piece<COEFFICIENTS, INPUTS>;
 
 /// Returns a part of a path as coefficients.
 fn piece(stretch: &Stretch<Dual>) -> Piece {
-    let Moment { place, velocity, .. } = stretch.at(constant(0.0));
-    let powers = [place, velocity, stretch.acceleration];
-    let coefficients: [Dual; COEFFICIENTS] = std::array::from_fn(|i| powers[i % 3][i / 3]);
-    Piece::new(stretch.start, &coefficients)
+    let Moment { time, place, velocity, .. } = &stretch.from;
+    let (s, s_by) = (time.re, gradient(time));
+    let mut piece = Piece::new(stretch.start, &[]);
+    for axis in 0..3 {
+        let [x, v, a] = [&place[axis], &velocity[axis], &stretch.acceleration[axis]];
+        let [x_by, v_by, a_by] = [x, v, a].map(gradient);
+        // x − v s + a s²/2, v − a s, a
+        let velocity = v.re - a.re * s;
+        let coefficients = [x.re - v.re * s + a.re * (0.5 * s * s), velocity, a.re];
+        let by =
+            [x_by - v_by * s + a_by * (0.5 * s * s) - s_by * velocity, v_by - a_by * s - s_by * a.re, a_by];
+        for (i, (coefficient, by)) in (3 * axis..).zip(coefficients.into_iter().zip(&by)) {
+            piece.at[i] = coefficient;
+            piece.by.set_column(i, by);
+        }
+    }
+    piece
 }
 
 /// Returns the place on the table and the height of a ball on a piece at a time since the first
