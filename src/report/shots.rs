@@ -78,7 +78,7 @@ pub(super) fn tracks(film: &FittedFilm, shots: &[Shot]) -> Option<String> {
 /// frame of a ball is its time from the impact (0.1 ms), its place, and that less the fitted place
 /// (µm). `None` if its frames do not show an impact.
 fn track(film: &FittedFilm, shot: &Shot, impact: &Impact) -> Option<Value> {
-    let shown = film.solution.shown_paths(impact.index)?;
+    let shown = film.solution.shown_paths(impact)?;
     let whole = |value: f64, unit: f64| (value / unit).round() as i64;
     let frames = |ball: usize| -> Vec<[i64; 5]> {
         let seen = &shown.seen[ball];

@@ -19,7 +19,7 @@ use crate::problem::evaluation::Reduced;
 use crate::problem::frames::{Frame, PicturePaths};
 use crate::problem::solution::Solution;
 use crate::problem::sums::{Contribution, NoiseSums};
-use crate::problem::unknowns::{Id, Shared};
+use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Velocities of the cue ball and of the object ball after an impact.
 pub(in crate::problem) const VELOCITIES: [Observable; 4] = [
@@ -57,6 +57,10 @@ pub(crate) struct Impact {
     pub(crate) reduced_chi2: f64,
     /// Number of frames that were left out.
     pub(crate) outliers: usize,
+    /// Its own unknowns without a law of the impact.
+    own: Own,
+    /// The [`Id::OFFSETS`] of its outcome.
+    offsets: [f64; Id::OFFSETS.len()],
 }
 
 /// The frames of a shot that were used, with the paths that they show.
@@ -291,16 +295,19 @@ impl Solution {
             position_sd: film.noise[1].sd * typical_sd,
             reduced_chi2: add_up(|noise| noise.weighted) / dof.max(1.0),
             outliers: shot.tracks.iter().flatten().filter(is_left_out).count(),
+            own: own.clone(),
+            offsets: Id::OFFSETS.map(|id| shared[id]),
         })
     }
 
-    /// Returns the frames of shot `i` of a film with its paths without a law of the impact. They are
+    /// Returns the frames of a shot of a film with its paths without a law of the impact. They are
     /// not kept with its impact, since those of many shots do not fit in memory.
-    pub fn shown_paths(&self, i: usize) -> Option<ShownPaths> {
-        let shared = self.first_shared();
-        let at = self.film_shot(i, &shared)?;
-        let Settled { own, shared, .. } = at.settle(&Id::OFFSETS, SHOT_STOP);
-        let at = ShotAt { own: &own, shared: &shared, ..at };
+    pub fn shown_paths(&self, impact: &Impact) -> Option<ShownPaths> {
+        let mut shared = self.first_shared();
+        for (id, offset) in Id::OFFSETS.into_iter().zip(impact.offsets) {
+            shared[id] = offset;
+        }
+        let at = ShotAt { own: &impact.own, ..self.film_shot(impact.index, &shared)? };
         let used = |frames: &Vec<Frame>| {
             let used = frames.iter().filter(|frame| frame.used);
             used.map(|frame| (frame.time, frame.seen.into())).collect()

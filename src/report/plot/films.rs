@@ -32,7 +32,7 @@ pub(in crate::report) struct Tracks<'a> {
 /// Returns the tracks of a shot of balls, at places from the origin of the film instead of its
 /// middle; `None` if its frames do not show an impact.
 pub(in crate::report) fn of_balls<'a>(film: &FittedFilm, impact: &'a Impact) -> Option<Tracks<'a>> {
-    let ShownPaths { seen, paths } = film.solution.shown_paths(impact.index)?;
+    let ShownPaths { seen, paths } = film.solution.shown_paths(impact)?;
     let [before, cue, object] = impact.speeds();
     let (noise, chi2) = (1e3 * impact.position_sd, impact.reduced_chi2);
     let left_out = count_of(impact.outliers, "frame");
