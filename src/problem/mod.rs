@@ -57,9 +57,9 @@ pub use film::film_data::FilmError;
 pub(crate) use film::film_data::OTHER_UNIT;
 #[cfg(feature = "io")]
 pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
+pub(crate) use film::shots::Impact;
 #[cfg(feature = "report")]
-pub(crate) use film::shots::ShownPaths;
-pub(crate) use film::shots::{Impact, OwnEstimate};
+pub(crate) use film::shots::{OwnEstimate, ShownPaths};
 pub(crate) use findings::{Finding, Severity};
 pub(crate) use identifiability::{Combination, worst_direction};
 pub(crate) use intervals::{FitEnd, MANY_SHOTS, MISLEADING};
