@@ -50,17 +50,17 @@ pub(super) fn follow(shots: &mut [RawShot], job: Job) {
     }
 }
 
-/// Returns the first frame with a row of each ball, and these: of more than two rows in most frames,
-/// those that are farthest from all rows of the last frame, since other balls rest.
+/// Returns the first frame with a row of each ball, and these. Where few frames have two rows, other
+/// balls rest beside them: these are where they were in the last such frame.
 fn find_balls(frames: &[&[Row]]) -> Option<(usize, [Row; 2])> {
     let mut counts: Vec<usize> = frames.iter().map(|frame| frame.len()).collect();
     counts.sort_unstable();
-    let typical = *counts.get(counts.len() / 2)?;
-    let start = frames.iter().position(|frame| frame.len() == typical.max(2))?;
-    let way = |row: &Row| {
-        let last = frames.last().into_iter().flat_map(|last| last.iter());
-        last.map(|other| row.distance(other)).fold(f64::INFINITY, f64::min)
-    };
+    let of_two = counts.iter().filter(|count| **count == 2).count();
+    let typical = if 3 * of_two < counts.len() { counts[counts.len() / 2] } else { 2 };
+    let is_typical = |frame: &&[Row]| frame.len() == typical.max(2);
+    let start = frames.iter().position(is_typical)?;
+    let last = frames.iter().rfind(|frame| is_typical(frame))?;
+    let way = |row: &Row| last.iter().map(|other| row.distance(other)).fold(f64::INFINITY, f64::min);
     let mut rows = frames[start].to_vec();
     rows.sort_by(|a, b| way(b).total_cmp(&way(a)));
     Some((start, [rows[0], rows[1]]))
