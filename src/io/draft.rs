@@ -176,7 +176,7 @@ impl Seen {
         Ok(Self { file, text, names, ..Self::default() })
     }
 
-    /// Returns whether a column is called so, in small letters and without a unit: the loader says
+    /// Returns whether a column has this name, in capitals or with a unit, too: the loader then says
     /// how to write it.
     fn has(&self, name: &str) -> bool {
         let bare = |own: &String| own.split([' ', '[', '(']).next().unwrap_or_default().to_lowercase();
@@ -269,9 +269,9 @@ fn look_at(files: &mut Vec<Seen>, found: &mut Vec<String>) -> Result<(), Problem
     // one [tracks.columns] serves all files: that of most
     let alike =
         |seen: &&Seen| files.iter().filter(|other| other.survey.columns() == seen.survey.columns()).count();
-    let most = files.iter().find(|seen| 2 * alike(seen) > files.len()).map(|seen| seen.survey.columns());
-    for seen in files.extract_if(.., |seen| most.as_ref().is_some_and(|most| seen.survey.columns() != *most))
-    {
+    let most = files.iter().find(|seen| 2 * alike(seen) > files.len());
+    let most = most.map(|seen| seen.survey.columns().clone());
+    for seen in files.extract_if(.., |seen| most.as_ref().is_some_and(|most| seen.survey.columns() != most)) {
         found.push(format!(
             "{}: its columns are not those of the other files; left out.",
             seen.file.display()

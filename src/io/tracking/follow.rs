@@ -16,13 +16,13 @@ pub(super) fn follow(shots: &mut [RawShot], job: Job) {
         }
         let frames: Vec<&[Row]> = rows.chunk_by(|a, b| a.time == b.time).collect();
         let Some((start, balls)) = find_balls(&frames) else {
-            let message = "no frame has rows of two balls, which rows do not name; expected two rows or more";
+            let message = "rows do not name the ball, and no frame has two; expected a row of each ball, or a column that names it";
             job.wrong(rows.first().map(|row| row.line), None, message);
             continue;
         };
         let (before, after) = frames.split_at(start);
         let (mut tracks, mut others) = (vec![RawTrack::default(); 2], Vec::new());
-        // back to the first frame, whose order the rows then have, and on
+        // from there back to the first frame, which reverses the rows, and then on to the last
         for frames in [before.iter().rev().collect::<Vec<_>>(), after.iter().collect()] {
             for track in &mut tracks {
                 track.rows.reverse();
@@ -50,8 +50,8 @@ pub(super) fn follow(shots: &mut [RawShot], job: Job) {
     }
 }
 
-/// Returns the first frame with a row of each ball, and these. Where few frames have two rows, other
-/// balls rest beside them: these are where they were in the last such frame.
+/// Returns the number of the first frame with a row of each ball, and these two rows. If most frames
+/// have more rows, the two balls are those that are not at the same place in the last such frame.
 fn find_balls(frames: &[&[Row]]) -> Option<(usize, [Row; 2])> {
     let mut counts: Vec<usize> = frames.iter().map(|frame| frame.len()).collect();
     counts.sort_unstable();

@@ -88,8 +88,8 @@ impl Survey {
     }
 
     /// Returns the guessed columns.
-    pub(crate) fn columns(&self) -> [Columns; 2] {
-        self.columns.clone()
+    pub(crate) fn columns(&self) -> &[Columns; 2] {
+        &self.columns
     }
 
     pub(crate) fn is_empty(&self) -> bool {

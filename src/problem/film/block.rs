@@ -239,7 +239,7 @@ impl ShotAt<'_> {
     /// decreases with their distance: 1 if they touch.
     pub(super) fn apart(&self, ball: usize, frame: &Frame) -> Point {
         /// Distance in radii beyond which less than a hundredth of it is left.
-        const FAR: f64 = 7.0;
+        const MAX_RADII: f64 = 7.0;
         let radius = self.film.contact.object().radius;
         let (others, half) = (&self.shot.tracks[1 - ball], 0.5 / self.shot.fps);
         let place = others.partition_point(|other| other.time < frame.time - half);
@@ -247,7 +247,7 @@ impl ShotAt<'_> {
         let between = same.map_or(Point::zeros(), |other| frame.seen - other.seen);
         let distance = between.norm();
         // a ball that is not seen has no distance
-        if !(distance > 0.0 && distance < FAR * radius) {
+        if !(distance > 0.0 && distance < MAX_RADII * radius) {
             return Point::zeros();
         }
         // e^(2 − d/R)
@@ -329,8 +329,7 @@ impl FilmBlock {
         let judge = |(shot, own): (&FilmedShot, &Own)| {
             let at = ShotAt { film: self, shot, own, shared };
             let judged = shot.spin.candidates().into_iter().map(|spin| at.judge_state(&spin));
-            let is_open = shot.spin.states != States::One;
-            is_open.then(|| judged.min_by(|a, b| a.cost.total_cmp(&b.cost))).flatten()
+            judged.min_by(|a, b| a.cost.total_cmp(&b.cost))
         };
         let best: Vec<Option<Judged>> = self.shots.par_iter().zip(&*own).map(judge).collect();
         let mut changed = false;

@@ -19,7 +19,7 @@ const PLACES: [f64; 3] = [1.0, 2.0, 3.0];
 
 /// Part of the decrease that a score promises with which a refit is taken to have ended at the
 /// estimate of the score.
-const PROMISED: f64 = 0.8;
+const KEPT_PROMISE: f64 = 0.8;
 
 /// Frame rates over the stated one at which descents start.
 const FRAME_RATES: [f64; 5] = [0.8, 0.9, 1.0, 1.1, 1.25];
@@ -81,7 +81,7 @@ fn let_in(problem: &Problem, at: &Evaluation, suspect: Suspect) -> Option<Refit>
     }
     // the first start serves if χ² decreases as its score promises
     let mut descent = descend_from(&wider, &at.state, id, &values[..1])?;
-    if id == Id::Rate || at.cost - descent.end.cost < PROMISED * suspect.size.powi(2) {
+    if id == Id::Rate || at.cost - descent.end.cost < KEPT_PROMISE * suspect.size.powi(2) {
         let other = descend_from(&wider, &at.state, id, &values[1..])?;
         if other.end.cost < descent.end.cost {
             descent = other;
