@@ -26,6 +26,9 @@ pub(crate) struct Frame {
     /// Square root of the part of an observation that each coordinate is, over its standard
     /// deviation in units of the film's noise.
     pub(crate) weight: Point,
+    /// Direction in the picture from the other ball in the same frame, of a length that decreases
+    /// with their distance: 1 if they touch; 0 of points on discs.
+    pub(crate) apart: Point,
     pub(crate) used: bool,
 }
 
@@ -130,6 +133,7 @@ pub(crate) fn whiten<const R: usize>(
 /// Returns the rows of both coordinates of a frame in units of its noise from the body as it is
 /// predicted, with the derivatives of its place in the picture by other numbers and by time. `late`
 /// is the duration of a frame, s, of the second body, and 0 of the first.
+#[inline]
 pub(crate) fn rows<const R: usize>(
     frame: &Frame,
     mut seen: Seen,
@@ -191,6 +195,7 @@ pub(crate) fn add_track<const R: usize, const C: usize, const I: usize>(
                 total.sums.noises[noises[axis]].add(&sight.sums[axis]);
                 let row = &sight.rows[axis];
                 match &sight.carried {
+                    None if weight == 1.0 => rows.extend_from_slice(row.as_slice()),
                     None => rows.extend_from_slice((row * weight.sqrt()).as_slice()),
                     Some((on, carried)) => {
                         let by = expand(row, piece, columns, length)

@@ -224,34 +224,14 @@ impl ShotAt<'_> {
             let (place, height) = locate(at.as_slice(), time);
             let [v_x, v_y, v_h] = [0, 1, 2].map(|i| at[3 * i + 1] + at[3 * i + 2] * time);
             let mut seen = camera.find_tracked(ball, camera.look(place, height));
-            let apart = self.apart(ball, frame);
-            seen.place += apart * self.shared[Id::Push];
-            seen.by_camera[Id::Push as usize - PHYSICS] = apart;
+            seen.place += frame.apart * self.shared[Id::Push];
+            seen.by_camera[Id::Push as usize - PHYSICS] = frame.apart;
             let by_time = seen.by_place * Point::new(v_x, v_y) + seen.by_height * v_h;
             let by_axes = [seen.by_place.column(0).into(), seen.by_place.column(1).into(), seen.by_height];
             let by: [Point; COEFFICIENTS] = std::array::from_fn(|i| by_axes[i / 3] * powers[i % 3]);
             (index, rows(frame, seen, &by, (by_time, late), Point::repeat(sd)))
         };
         whiten(&self.shot.tracks[ball], ([rho; 2], self.shot.fps), true, see)
-    }
-
-    /// Returns the direction in the picture from the other ball in the same frame, of a length that
-    /// decreases with their distance: 1 if they touch.
-    pub(super) fn apart(&self, ball: usize, frame: &Frame) -> Point {
-        /// Distance in radii beyond which less than a hundredth of it is left.
-        const MAX_RADII: f64 = 7.0;
-        let radius = self.film.contact.object().radius;
-        let (others, half) = (&self.shot.tracks[1 - ball], 0.5 / self.shot.fps);
-        let place = others.partition_point(|other| other.time < frame.time - half);
-        let same = others.get(place).filter(|other| other.time < frame.time + half);
-        let between = same.map_or(Point::zeros(), |other| frame.seen - other.seen);
-        let distance = between.norm();
-        // a ball that is not seen has no distance
-        if !(distance > 0.0 && distance < MAX_RADII * radius) {
-            return Point::zeros();
-        }
-        // e^(2 − d/R)
-        between * ((2.0 - distance / radius).exp() / distance)
     }
 
     /// Minimises χ² over the own unknowns of the shot and some shared ones: by some steps, or until

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::camera::{Camera, Point};
-use super::filmed::{FilmBlock, FilmedShot};
+use super::filmed::{FilmBlock, FilmedShot, set_apart};
 use super::impact::Contact;
 use super::marker_rotation::MarkerTrack;
 use super::own::{self, SCATTERED};
@@ -143,8 +143,9 @@ impl Guessed {
         let Self { track, guess } = self;
         let reading = Reading { middle, unit, states_noise, may_be_held: !track.states_noise() };
         let [of_cue, of_object] = track.resolution;
-        let tracks =
+        let mut tracks =
             [reading.frames(track, &track.cue, of_cue), reading.frames(track, &track.object, of_object)];
+        set_apart(&mut tracks, track.fps, radius);
         let marker = |Marker { ball, samples, .. }: &Marker| {
             let ball = usize::from(*ball == TrackedBall::Object);
             MarkerTrack {
@@ -205,6 +206,7 @@ impl Reading {
                 time: sample.t,
                 seen,
                 weight: Point::new(weight(0), weight(1)),
+                apart: Point::zeros(),
                 used: seen.x.is_finite() && seen.y.is_finite(),
             }
         };

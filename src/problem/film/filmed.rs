@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::camera::Point;
 use super::impact::{Contact, Correction};
 use super::marker_rotation::MarkerTrack;
 use super::own::SCATTERED;
@@ -25,6 +26,31 @@ pub(crate) struct FilmedShot {
     pub(crate) spin: ShotSpin,
     /// The correction of the outcome by a finer model of the impact; `None`: there is none.
     pub(crate) correction: Option<Arc<Correction>>,
+}
+
+/// Sets the directions of two balls of this radius from each other in their frames.
+pub(super) fn set_apart([cue, object]: &mut [Vec<Frame>; 2], fps: f64, radius: f64) {
+    /// Distance in radii beyond which less than a hundredth of the length is left.
+    const MAX_RADII: f64 = 7.0;
+    let half = 0.5 / fps;
+    let apart = |frame: &Frame, others: &[Frame]| {
+        let place = others.partition_point(|other| other.time < frame.time - half);
+        let same = others.get(place).filter(|other| other.time < frame.time + half);
+        let between = same.map_or(Point::zeros(), |other| frame.seen - other.seen);
+        let distance = between.norm();
+        // a ball that is not seen has no distance
+        if !(distance > 0.0 && distance < MAX_RADII * radius) {
+            return Point::zeros();
+        }
+        // e^(2 − d/R)
+        between * ((2.0 - distance / radius).exp() / distance)
+    };
+    for frame in &mut *cue {
+        frame.apart = apart(frame, object);
+    }
+    for frame in object {
+        frame.apart = apart(frame, cue);
+    }
 }
 
 /// The side spin of a ball just after the impact. Spins about horizontal axes change unevenly: the

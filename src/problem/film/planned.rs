@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::camera::Point;
-use super::filmed::{FilmBlock, FilmedShot, ShotAt, SideSpin};
+use super::filmed::{FilmBlock, FilmedShot, ShotAt, SideSpin, set_apart};
 use super::impact::Contact;
 use super::own::{self, SCATTERED};
 use super::priors::list_unknowns;
@@ -139,10 +139,12 @@ impl PlannedShot {
         let frame = |ball: usize, n: usize| {
             let time = n as f64 / filming.fps;
             let seen = seen.as_ref()?.place(ball, time).into();
-            Some(Frame { time, seen, weight: Point::repeat(1.0), used: true })
+            Some(Frame { time, seen, weight: Point::repeat(1.0), apart: Point::zeros(), used: true })
         };
         let track = |ball: usize| (0..filming.frames).filter_map(|n| frame(ball, n)).collect();
-        shot.tracks = Arc::new([0, 1].map(track));
+        let mut tracks = [0, 1].map(track);
+        set_apart(&mut tracks, filming.fps, radius);
+        shot.tracks = Arc::new(tracks);
         let after = self.after_sd.into_iter().flatten().enumerate();
         shot.side_spins = after
             .map(|(ball, sd)| SideSpin {

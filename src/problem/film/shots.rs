@@ -114,7 +114,6 @@ impl ShotAt<'_> {
     /// Returns the frames of the shot against its paths.
     pub(super) fn fitted_frames(&self) -> Vec<FittedFrame> {
         let Some(paths) = &self.paths() else { return Vec::new() };
-        let push = |which: usize, frame: &Frame| self.apart(which, frame) * self.shared[Id::Push];
         let balls = [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate();
         let frames_of_ball = |(which, ball): (usize, TrackedBall)| {
             let noise = self.film.noise[which].sd;
@@ -122,7 +121,9 @@ impl ShotAt<'_> {
                 ball,
                 time: frame.time,
                 seen: frame.seen.into(),
-                predicted: (Point::from(paths.place(which, frame.time)) + push(which, frame)).into(),
+                predicted: (Point::from(paths.place(which, frame.time))
+                    + frame.apart * self.shared[Id::Push])
+                    .into(),
                 sd: frame.weight.map(|weight| noise / weight).into(),
                 used: frame.used,
             })
