@@ -15,6 +15,7 @@ pub(crate) fn environment(undefined: UndefinedBehavior) -> Result<Environment<'s
     environment.set_syntax(syntax.trim_blocks(true).lstrip_blocks(true).build()?);
     environment.add_filter("symbol", |name: &str| symbol(name).to_owned());
     environment.add_filter("plain", plain);
+    environment.add_filter("exact", |value: f64| value.to_string());
     environment.add_filter("with_error", with_error);
     environment.add_filter("p", p_text);
     environment.add_filter("count_of", |count: usize, what: &str| count_of(count, what));

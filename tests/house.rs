@@ -140,3 +140,16 @@ fn no_module_uses_another_in_a_circle() {
     let circles: Vec<String> = arrows.keys().map(|module| module.join("::")).collect();
     assert!(circles.is_empty(), "{circles:#?}");
 }
+
+#[test]
+fn every_message_of_a_file_has_words() {
+    let room = root().join("src/io");
+    let mut files = Vec::new();
+    sources(&room, &mut files);
+    let names = |text: &str, before: &str| -> BTreeSet<String> {
+        text.split(before).skip(1).map(|rest| rest[..rest.find('"').unwrap()].to_string()).collect()
+    };
+    let code: String = files.iter().map(|file| fs::read_to_string(file).unwrap()).collect();
+    let words = fs::read_to_string(room.join("messages.jinja")).unwrap();
+    assert_eq!(names(&code, "message!(\""), names(&words, "message == \""));
+}

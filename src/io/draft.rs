@@ -7,7 +7,7 @@ use glob::{MatchOptions, Pattern, glob_with};
 use minijinja::context;
 use toml::Value;
 
-use super::error::Problem;
+use super::error::{Problem, message};
 use super::table::near_miss;
 use super::text::{beginning, decode, filled_lines, line_of_names, value, without_separator_line};
 use super::tracking::{KNOWN, Survey};
@@ -251,11 +251,7 @@ fn look_at(files: &mut Vec<Seen>, found: &mut Vec<String>) -> Result<(), Problem
     if frames.len() >= FRAMES {
         let (count, first) = (frames.len(), frames[0]);
         let name = first.file_name().unwrap_or_default().to_string_lossy();
-        let message = format!(
-            "{count} files like {name} hold one frame each, as YOLO writes them. Expected one table per shot: join its files below a \
-             line frame class x_center y_center width height, with the number of the frame in each row and lengths in pixels"
-        );
-        return Err(Problem::new(first.parent().unwrap_or(first), message));
+        return Err(Problem::new(first.parent().unwrap_or(first), message!("files_of_frames", count, name)));
     }
     let looked: Vec<Result<(), Problem>> = files.iter_mut().map(Seen::look).collect();
     let is_clear = |seen: &Seen| ["impacts", "angles"].contains(&seen.kind) || !seen.survey.is_empty();

@@ -4,13 +4,28 @@ use std::cell::RefCell;
 use std::fmt;
 use std::hash::Hash;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use indexmap::{IndexMap, IndexSet};
+
+use crate::words::Sentences;
 
 /// Maximum number of problems listed; the rest are counted.
 const LISTED: usize = 20;
 /// Maximum number of places of the same problem that are named.
 const MAX_PLACES: usize = 3;
+
+/// The words of problems and notes that do not fit a line of code.
+pub(crate) static MESSAGES: LazyLock<Sentences> =
+    LazyLock::new(|| Sentences::of(include_str!("messages.jinja")));
+
+/// Returns the message of messages.jinja that has a name, with some values.
+macro_rules! message {
+    ($name:literal $(, $($values:tt)+)?) => {
+        $crate::io::error::MESSAGES.sentence(minijinja::context! { message => $name, $($($values)+)? })
+    };
+}
+pub(crate) use message;
 
 /// A problem and its place.
 #[derive(Clone, Debug, PartialEq)]

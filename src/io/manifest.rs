@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::balls::{self, BallSection, CueSection, Shape};
+use super::error::message;
 use super::toml_file::Source;
 use super::tracking::camera::Camera;
 use super::tracking::settings::{ScaleSection, TrackSettings, TracksSection, VideoSection};
@@ -73,13 +74,7 @@ impl StatedSpin {
 
     /// Returns what is wrong with a shot whose spin `columns` do not measure.
     pub(crate) fn complaint(self, columns: &str) -> String {
-        if self == Self::Measured {
-            return format!("the spin is said to be measured; expected values in {columns}");
-        }
-        format!(
-            "the cue ball's spin is not stated; expected [cue_spin] assume = \"stun\", \"natural-roll\" or \
-             \"unknown\" in dataset.toml, a column cue_spin, or columns {columns}"
-        )
+        message!("no_spin", is_measured => self == Self::Measured, columns)
     }
 }
 

@@ -14,7 +14,7 @@ use std::collections::{HashMap, HashSet};
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
-use error::{Log, did_you_mean};
+use error::{Log, did_you_mean, message};
 use manifest::{Keys, Manifest, StatedSpin};
 use polars::prelude::{DataFrame, PolarsResult, df};
 use schemars::Schema;
@@ -98,11 +98,8 @@ pub(crate) fn check_unique<'a>(
     let mut seen = HashMap::new();
     for (name, file, line) in names.filter(|(name, ..)| !name.is_empty()) {
         if let Some((other, other_line)) = seen.insert(name, (file, line)) {
-            let other = other.file_name().unwrap_or_default().display();
-            let message = format!(
-                "\"{name}\" also names the shot in line {other_line} of {other}; expected a name of its own{remedy}"
-            );
-            log.add(file, line, "shot", message);
+            let other = other.file_name().unwrap_or_default().to_string_lossy();
+            log.add(file, line, "shot", message!("twin", name, other_line, other, remedy));
         }
     }
 }
@@ -285,11 +282,7 @@ fn impact(table: &Table, row: usize, [nx, ny]: [Measured; 2], velocity: [Measure
         table.wrong(row, "nx", message);
     } else if nx.value * velocity[0].value + ny.value * velocity[1].value <= 0.0 {
         let velocity = written(["cue_vx", "cue_vy"]);
-        let message = format!(
-            "the cue ball's velocity {velocity} takes it away from the object ball; expected one that approaches along the line of \
-             centres {line}, which points from cue ball to object ball"
-        );
-        table.wrong(row, "cue_vx", message);
+        table.wrong(row, "cue_vx", message!("no_approach", velocity, line));
     }
     let normal = [nx, ny].map(|n| Measured { value: n.value / length, sd: n.sd });
     Before::Impact { normal, velocity }

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::error::{Log, did_you_mean, quoted};
+use super::error::{Log, did_you_mean, message, quoted};
 use super::manifest::StatedSpin;
 use super::text::{
     Mark, Place, Slip, cells, line_end, line_of_names, parse, read_utf8, value, without_separator_line,
@@ -307,10 +307,7 @@ fn records(text: &str, separator: char, wrong: &dyn Fn(usize, &str)) -> Vec<Reco
         }
         match cells(&record, Some(separator)) {
             Err(Slip::Open) => wrong(first, "a quotation mark opens here and is never closed"),
-            Err(Slip::Text) => wrong(
-                last,
-                "text follows a closing quotation mark; expected the end of the cell, or \"\" for a quotation mark within the cell",
-            ),
+            Err(Slip::Text) => wrong(last, &message!("text_behind_quotation_mark")),
             Ok(cells) if cells.iter().all(|cell| cell.is_empty()) => {}
             Ok(cells) => {
                 let cells = cells.into_iter().map(Cow::into_owned).collect();

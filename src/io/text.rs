@@ -4,8 +4,7 @@ use std::borrow::Cow;
 use std::fs;
 use std::path::Path;
 
-use super::error::Log;
-use crate::measurement::number::count_of;
+use super::error::{Log, message};
 
 /// The mark between cells; `None` stands for any number of blanks and tabs.
 pub(crate) type Separator = Option<char>;
@@ -142,16 +141,7 @@ pub(crate) fn trimmed(line: &str, separator: Separator) -> Option<Vec<String>> {
 
 /// Returns the fault of a row of `count` cells, below a line with `expected` names.
 pub(crate) fn wrong_width(count: usize, expected: usize, line: usize, separator: Separator) -> String {
-    let name = name_of(separator);
-    let hint = match separator {
-        _ if count < expected => format!("leave a cell empty, but keep its {}", name.trim_end_matches('s')),
-        Some(',') => {
-            "decimal commas need another separator, and text that has commas needs quotation marks".to_owned()
-        }
-        _ => format!("write text that has {name} in quotation marks"),
-    };
-    let names = if count == expected + 1 { "; from R, write it with row.names = FALSE" } else { "" };
-    format!("{}; expected {expected}, as in line {line}; {hint}{names}", count_of(count, "cell"))
+    message!("wrong_width", count, expected, line, separator => name_of(separator))
 }
 
 /// A cell of a table, and its place.
@@ -263,9 +253,7 @@ impl Mark {
         let Some(mark) = mark else { return Some(value) };
         if let (None, Some(line)) = (self.seen[mark], self.seen[1 - mark]) {
             let (text, [own, other]) = (cell.text.trim(), [mark, 1 - mark].map(|mark| MARK_WORDS[mark]));
-            cell.wrong(format!(
-                "\"{text}\" has a decimal {own}, but line {line} a decimal {other}; expected one of them throughout"
-            ));
+            cell.wrong(message!("other_mark", text, own, line, other));
         }
         self.seen[mark].get_or_insert(cell.line);
         Some(value)
@@ -277,10 +265,7 @@ impl Mark {
             (&self.grouped, &self.hundreds, self.is_decimal)
         {
             let mark = MARK_WORDS[usize::from(self.is_comma())];
-            let message = format!(
-                "\"{cell}\" beside \"{plain}\" (line {other}) may be thousands or have a decimal {mark}; expected numbers without a mark \
-                 between thousands, and more digits where it is decimal"
-            );
+            let message = message!("may_be_thousands", cell, plain, line => other, mark);
             log.add(file, *line, column.as_str(), message);
         }
     }

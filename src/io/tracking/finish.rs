@@ -10,7 +10,7 @@ use super::repair::{self, remove_lost};
 use super::words::Unit;
 use super::{Facts, MIN_SHOTS_PER_CORE, time};
 use crate::film::rigid_body::circle_centres;
-use crate::io::error::{Log, Subject, listed};
+use crate::io::error::{Log, Subject, listed, message};
 use crate::io::manifest::StatedSpin;
 use crate::io::text::shortened;
 use crate::measurement::dataset::Tracks;
@@ -39,9 +39,7 @@ pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawSh
         let are_clips = clips.iter().all(|clip| clip.tracks.iter().filter(is_seen).count() > 1);
         if clips.len() > 1 && are_clips {
             let names = listed(&clips.iter().map(|clip| clip.name.as_str()).collect::<Vec<_>>());
-            let taken = format!("taken as the shots {names}; expected a column shot if that is wrong");
-            let message = format!("holds clips, separated by jumps of the time or of both balls: {taken}");
-            job.note(Subject::Names, None, message);
+            job.note(Subject::Names, None, message!("clips", names));
             shots = clips;
         }
     }
@@ -119,9 +117,7 @@ fn join(shot: &mut RawShot, job: Job) {
         let piece = std::mem::take(&mut shot.tracks[piece]);
         let track = &mut shot.tracks[head];
         let (last, [name, own]) = (track.rows.last().map_or(1, |row| row.line), [&track.name, &piece.name]);
-        let message =
-            format!("\"{own}\" begins where \"{name}\" ends, in line {last}: taken as the same ball");
-        job.note(Subject::Names, piece.line(), message);
+        job.note(Subject::Names, piece.line(), message!("continued", own, name, last));
         track.rows.extend(piece.rows);
         track.sort();
     }
@@ -168,9 +164,7 @@ pub(super) fn shot(mut raw: RawShot, facts: &Facts, job: Job) -> Option<TrackSho
     let are_assigned = assign(&mut raw, &facts, job);
     if are_assigned {
         for other in raw.tracks.extract_if(.., |track| track.role.is_none()) {
-            let name = shortened(&other.name);
-            let message = format!("the track \"{name}\" is not cue or object; passed over");
-            job.note(Subject::Names, other.line(), message);
+            job.note(Subject::Names, other.line(), message!("other_track", name => shortened(&other.name)));
         }
         raw.tracks.sort_by_key(|track| track.role);
     }
@@ -184,9 +178,7 @@ pub(super) fn shot(mut raw: RawShot, facts: &Facts, job: Job) -> Option<TrackSho
     repair::remove_repeated_frames(&mut centres, step, job)?;
     let swapped = repair::undo_swaps(&mut centres, job);
     if let Some(line) = swapped.filter(|_| !raw.tracks.is_empty()) {
-        let message = "cue and object ball have exchanged their names from here on, and with markers on them it is \
-                       not certain which of both did; expected them set right, or the shot skipped";
-        job.note(Subject::Damage, line, message);
+        job.note(Subject::Damage, line, message!("swapped_with_markers"));
         return None;
     }
     let calibration = &settings.calibration(raw.stated.unit);

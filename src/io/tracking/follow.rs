@@ -2,8 +2,7 @@
 
 use super::raw::{Job, RawShot, RawTrack, Row, stem};
 use super::settings::TrackSettings;
-use crate::io::error::Subject;
-use crate::measurement::number::count_of;
+use crate::io::error::{Subject, message};
 
 /// Splits the rows of every shot into the tracks of two balls, named when clips are separated.
 pub(super) fn follow(shots: &mut [RawShot], job: Job) {
@@ -40,9 +39,7 @@ pub(super) fn follow(shots: &mut [RawShot], job: Job) {
             }
         }
         if let Some(first) = others.iter().min() {
-            let rows = count_of(others.len(), "row");
-            let message = format!("{rows} of other objects than the two balls: left out");
-            job.note(Subject::Gaps, *first, message);
+            job.note(Subject::Gaps, *first, message!("other_objects", rows => others.len()));
         }
         shot.tracks = tracks;
         let message = "rows do not name the ball: both balls are followed from frame to frame, and the one that moves first is the cue ball";

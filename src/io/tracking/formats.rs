@@ -5,7 +5,7 @@ use super::raw::{Job, Stated, stem};
 use super::reader::{Body, Layout};
 use super::settings::Format;
 use super::words::{BALLS, Kind, SHOTS, Unit, find, pairs};
-use crate::io::error::{Subject, listed};
+use crate::io::error::{Subject, listed, message};
 use crate::io::table::near_miss;
 use crate::io::text::{Separator, filled_lines, lines, parse, trimmed, value};
 
@@ -192,9 +192,7 @@ fn qualisys(_: &[Heading], job: Job) -> Option<Layout> {
         |row: &&Vec<String>| row[0] != "MARKER_NAMES" && row.iter().any(|cell| cell.ends_with(" X"));
     if let Some(row) = header.iter().rev().find(is_of_names).filter(|row| !row.starts_with(&names)) {
         let (found, expected) = (listed(&row[..row.len().min(names.len())]), listed(&names));
-        let message =
-            format!("the columns are {found}; expected {expected}, as MARKER_NAMES has the markers");
-        job.wrong(header.len(), None, message);
+        job.wrong(header.len(), None, message!("other_columns", found, expected));
         return None;
     }
     let heading = Heading::plain(header.len(), header.len(), TAB, names);

@@ -4,9 +4,8 @@
 use super::raw::{Job, span};
 use super::time::{first_apart, resolution};
 use super::words::{Unit, is_angle};
-use crate::io::error::grouped;
+use crate::io::error::{grouped, message};
 use crate::io::text::{SEPARATORS, Separator, filled_lines, parse, trimmed, unmarked, value};
-use crate::measurement::number::plain;
 
 /// Maximum number of lines of titles above the names of columns, as spreadsheets have.
 pub(super) const TITLES: usize = 10;
@@ -173,14 +172,8 @@ impl Heading {
         let Some(row) = first_apart(&frames, &times, resolution(&times), rate * second) else { return };
         let [frame, time] = columns.map(|column| self.names[column].as_str());
         let (number, lasts) = (frames[row] - frames[0], times[row] - times[0]);
-        let (unit, own) = (unit.name(), plain(number / (lasts * second), 4));
-        let mut message = format!(
-            "{frame} and {time} contradict each other at {rate} fps: this row is {number} frames, but {lasts} {unit} after the first \
-             one; expected columns that agree, or another frame rate"
-        );
-        if lasts > 0.0 {
-            message += &format!("; if the times are those of slow playback, [video] playback_fps = {own}");
-        }
+        let (unit, own) = (unit.name(), number / (lasts * second));
+        let message = message!("clocks_differ", frame, time, rate, number, lasts, unit, own);
         job.wrong(self.lines_below(job.text).nth(row).map(|(line, _)| line), time, message);
     }
 

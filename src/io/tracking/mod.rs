@@ -26,7 +26,7 @@ use settings::{Format, NAMED, TrackSettings};
 use words::Unit;
 
 use super::check_unique;
-use super::error::{Log, Subject, did_you_mean};
+use super::error::{Log, Subject, did_you_mean, message};
 use super::manifest::{Manifest, StatedSpin};
 use super::table::{OMEGA, Table};
 use super::toml_file::Source;
@@ -44,9 +44,7 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
     let log = source.log;
     let table = ShotsTable::read(settings, manifest, log);
     if let Some(by) = manifest.dataset.by.as_ref().filter(|by| !table.others.labels.contains_key(*by)) {
-        let message =
-            format!("[fit] by is \"{by}\"; expected a column of the table that [tracks] shots names");
-        source.wrong("fit.by", message);
+        source.wrong("fit.by", message!("no_label", by));
     }
     let is_shots = |file: &PathBuf| settings.shots.as_ref() == Some(file);
     let files: Vec<&PathBuf> = manifest.files.iter().filter(|file| !is_shots(file)).collect();
@@ -96,16 +94,10 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
 fn check_unit(stated: Stated, job: Job) {
     match (job.settings.scale.length_unit, stated.unit) {
         (given, Some(own)) if given.map_or(own == Unit::Px, |given| given != own) => {
-            let unit = own.name();
-            let message = format!("its positions are in {unit}; expected [scale] length_unit = \"{unit}\"");
-            job.wrong(None, None, message);
+            job.wrong(None, None, message!("other_unit", unit => own.name()));
         }
-        (None, Some(own)) => {
-            job.note(Subject::Format, None, format!("lengths are in {}, as the file says", own.name()));
-        }
-        (None, None) if stated.format != Format::Long => {
-            let message = "lengths are taken as metres ([scale] length_unit is not given)";
-            job.note(Subject::Format, None, message);
+        (None, own) if own.is_some() || stated.format != Format::Long => {
+            job.note(Subject::Format, None, message!("unit", stated => own.map(Unit::name)));
         }
         _ => {}
     }
@@ -208,9 +200,7 @@ impl ShotsTable {
                 table.wrong(row, "capture_fps", message);
             }
             if settings.film.discs.is_some() && !matches!(facts.spin(), Spin::Stun | Spin::Unknown) {
-                let message = "discs do not roll; expected stun (no disc turns before the impact) or unknown: points on the discs \
-                               show how they turn";
-                table.wrong(row, "cue_spin", message);
+                table.wrong(row, "cue_spin", message!("rolling_disc"));
             }
             if let Some(Facts { line, .. }) = rows.insert(shot.to_string(), facts) {
                 let message = format!("\"{shot}\" also stands in line {line}; expected each shot once");
@@ -233,9 +223,7 @@ impl ShotsTable {
             let in_file: Vec<usize> = (0..raw.len()).filter(|i| raw[*i].file.ends_with(file)).collect();
             if in_file.is_empty() {
                 let near = did_you_mean(file, raw.iter().filter_map(|shot| shot.file.file_name()?.to_str()));
-                wrong(format!(
-                    "\"{file}\" is not among the files with shots that dataset.toml names under files{near}"
-                ));
+                wrong(message!("unknown_file", file, near));
             }
             let same = in_file.iter().find(|i| raw[**i].name == *name);
             let Some(shot) = same.or(in_file.first().filter(|_| in_file.len() == 1)) else { continue };

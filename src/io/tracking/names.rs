@@ -6,7 +6,7 @@ use super::Facts;
 use super::raw::{Job, RawShot, RawTrack, Row, sorted, span, stem};
 use super::settings::NAMED;
 use crate::film::rigid_body::circle_centres;
-use crate::io::error::{Subject, grouped, listed, quoted};
+use crate::io::error::{Subject, grouped, listed, message, quoted};
 use crate::io::text::shortened;
 use crate::measurement::track::Sample;
 use crate::numerics::median;
@@ -31,14 +31,14 @@ pub(super) fn assign(raw: &mut RawShot, facts: &Facts, job: Job) -> bool {
             let found = find(tracks, name);
             let [i] = found[..] else {
                 are_found = false;
-                let message = if found.is_empty() {
-                    let stated = if names.len() == 1 { format!("{name:?}") } else { format!("{names:?}") };
-                    missing(tracks, name, &format!("{key} = {stated}"), order)
-                } else {
-                    let shown = |i: &usize| format!("\"{}\" (line {})", tracks[*i].name, tracks[*i].line());
-                    let (count, all) = (found.len(), found.iter().map(shown).collect::<Vec<_>>().join(", "));
-                    format!("{count} tracks are named \"{name}\"; write in [tracks] which one it is: {all}")
-                };
+                let shown = |i: &usize| format!("\"{}\" (line {})", tracks[*i].name, tracks[*i].line());
+                let twins: Vec<String> = found.iter().map(shown).collect();
+                let stated = if names.len() == 1 { format!("{name:?}") } else { format!("{names:?}") };
+                let mut there: Vec<String> = tracks.iter().map(|track| shortened(&track.name)).collect();
+                there.dedup();
+                let free = order + tracks.iter().filter(|track| track.role.is_none()).count();
+                let message =
+                    message!("not_one_track", name, key, stated, twins, there => listed(&there), free);
                 // wrong names in the table of shots are its fault; other shots may have both balls
                 if facts.names_balls {
                     job.wrong(*line, None, message);
@@ -59,19 +59,6 @@ pub(super) fn assign(raw: &mut RawShot, facts: &Facts, job: Job) -> bool {
         }
     }
     are_found
-}
-
-fn missing(tracks: &[RawTrack], name: &str, stated: &str, order: usize) -> String {
-    let mut there: Vec<String> = tracks.iter().map(|track| shortened(&track.name)).collect();
-    there.dedup();
-    let free = tracks.iter().filter(|track| track.role.is_none()).count();
-    let hint = " (one file a ball: their names differ by the ball only, as in kick-A.txt and kick-B.txt)";
-    format!(
-        "there is no track \"{name}\" ([tracks] {stated}); there are: {}. Expected both balls in one file or \
-         shot{}, and their names in [tracks] cue and object",
-        listed(&there),
-        if free + order < 2 { hint } else { "" }
-    )
 }
 
 fn last_word(name: &str) -> &str {
@@ -201,13 +188,7 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Option<(
     let names_of = |group: &[usize]| group.iter().map(|i| tracks[*i].name.clone()).collect::<Vec<String>>();
     let complain = |groups: Vec<Vec<usize>>| {
         let known: Vec<String> = groups.iter().map(|group| quoted(names_of(group))).collect();
-        let known = if known.is_empty() { "none".to_owned() } else { known.join(" and ") };
-        let count = points.len();
-        let message = format!(
-            "its {count} tracks are not two discs: expected two groups of three or more points that keep their distances (found: \
-             {known}), or [tracks] cue and object (of this shot, in the table that [tracks] shots names), or the shot skipped"
-        );
-        job.note(Subject::Damage, raw.line, message);
+        job.note(Subject::Damage, raw.line, message!("not_two_discs", count => points.len(), known));
     };
     let mut groups: [Vec<usize>; 2] = groups.try_into().map_err(complain).ok()?;
     let begin = |group: &Vec<usize>| span(group.iter().filter_map(|i| raw.beginning(&tracks[*i])))[0];
@@ -222,13 +203,8 @@ pub(super) fn find_discs(raw: &RawShot, facts: &mut Facts, job: Job) -> Option<(
             None => [names, Vec::new()],
         }
     });
-    let shown = [&one, &other].map(|[centre, beside]| match beside[..] {
-        [] => quoted(centre),
-        _ => format!("{} in the middle of {}", quoted(centre), quoted(beside)),
-    });
-    let shown = shown.join("; the other is ");
-    let message = format!("[tracks] names no cue: the disc that moves first, taken as cue, is {shown}");
-    job.note(Subject::Names, raw.line, message);
+    let discs = [&one, &other].map(|points| points.iter().map(quoted).collect::<Vec<String>>());
+    job.note(Subject::Names, raw.line, message!("two_discs", discs => discs.to_vec()));
     let ([cue, cue_markers], [object, object_markers]) = (one, other);
     facts.names = [cue, object, cue_markers, object_markers];
     facts.names_balls = true;

@@ -15,7 +15,7 @@ use super::raw::{Job, RawShot, RawTrack, Stated, stem};
 use super::reader::{self, Body, Layout, Reader, number_twins};
 use super::settings::{Columns, Format, angle_unit};
 use super::words::{FRAMES, TIMES, Unit, find};
-use crate::io::error::{Subject, did_you_mean};
+use crate::io::error::{Subject, did_you_mean, message};
 use crate::io::text::{decode, filled_lines, shortened, value, without_separator_line};
 use crate::measurement::number::count_of;
 
@@ -62,7 +62,13 @@ fn as_written(job: Job) -> Option<Vec<RawShot>> {
             return None;
         }
     }
-    complain_of_format(job);
+    let Some((line, first)) = filled_lines(job.text).next() else {
+        job.wrong(None, None, "is empty; expected tracked positions");
+        return None;
+    };
+    let is_text = !first.contains(|c: char| c.is_control() && !c.is_whitespace());
+    let (begin, format) = (shortened(first.trim()), stated.name());
+    job.wrong(line, None, message!("unknown_format", begin, format, is_text));
     None
 }
 
@@ -92,25 +98,6 @@ const PROJECTS: [[&str; 4]; 2] = [
     ["trz", "org.opensourcephysics.cabrillo.tracker", "Tracker", "them there (File, Export, Data File)"],
     ["kva", "<Kinovea", "Kinovea", "the trajectories there, as text or CSV"],
 ];
-const ANY_FORMAT: &str = "a long table (shot,frame,ball,x,y), an export of Tracker, Kinovea or Qualisys, JSON (an array of shots with balls with samples), or a \
-     section [tracks.columns] in dataset.toml that says which column is what";
-
-fn complain_of_format(job: Job) {
-    let Some((line, first)) = filled_lines(job.text).next() else {
-        return job.wrong(None, None, "is empty; expected tracked positions");
-    };
-    let format = job.settings.tracks.format;
-    let expected = match format {
-        Format::Auto | Format::Long => ANY_FORMAT.to_owned(),
-        _ => format!("{}, as [tracks] format states", format.name()),
-    };
-    let is_text = !first.contains(|c: char| c.is_control() && !c.is_whitespace());
-    let others = if is_text { "" } else { "; not the film itself, nor a workbook (save its sheet as CSV)" };
-    let begin = shortened(first.trim());
-    let message = format!("no format begins like this, \"{begin}\"; expected {expected}{others}");
-    job.wrong(line, None, message);
-}
-
 /// Maximum number of lines searched for the names of the columns, or for the first row.
 const MAX_LINES: usize = 100;
 
@@ -151,16 +138,9 @@ fn unstated_time(heading: &Heading, used: &[usize], shot: Option<usize>, job: Jo
     let frame = find(&names, FRAMES).filter(|column| grows(column) && rows.is_whole(*column));
     let clock = heading.clock([frame, find(&names, TIMES).filter(grows), shot], job);
     let name = |column: usize| heading.names[column].as_str();
-    let message = if let Some((column, is_frame)) = clock {
-        let what = if is_frame { "the number of the frame" } else { "the time" };
-        format!("[tracks.columns] names no column of times: \"{}\" is taken as {what}", name(column))
-    } else {
-        let growing = rows.growing(heading, shot).find(|column| !used.contains(column));
-        let ask = |column| format!("; \"{}\" grows from row to row: is it t or frame?", name(column));
-        let ask = growing.map_or(String::new(), ask);
-        format!("no column of times: every row is taken as one frame after the row above it{ask}")
-    };
-    job.note(Subject::Clock, heading.line, message);
+    let growing = rows.growing(heading, shot).find(|column| !used.contains(column)).map(name);
+    let (taken, is_frame) = clock.map(|(column, is_frame)| (name(column), is_frame)).unzip();
+    job.note(Subject::Clock, heading.line, message!("unstated_time", taken, is_frame, growing));
     clock
 }
 

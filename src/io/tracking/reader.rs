@@ -9,7 +9,7 @@ use super::raw::{Job, RawShot, RawTrack, Row, Stated, stem};
 use super::settings::Format;
 use super::time::count_frames;
 use super::words::{Clock, Unit, clock};
-use crate::io::error::{Subject, listed};
+use crate::io::error::{Subject, listed, message};
 use crate::io::text::{self, Mark, Place, lines, name_of, shortened, wrong_width};
 
 /// Number of problems of a file after which reading ends.
@@ -346,8 +346,6 @@ impl Layout {
     /// Notes how a file is read, and which of its columns are not.
     pub(super) fn note(&self, job: Job) {
         let Heading { names, separator, above, .. } = &self.heading;
-        let (format, separator, first) = (self.stated.format.shown(), name_of(*separator), above + 1);
-        let mut message = format!("read as {format}, {separator} between cells, rows from line {first} on");
         let others = |body: &Body| [body.point, body.likelihood, Some(body.xy[0])];
         let mut read: Vec<usize> = self.bodies.iter().flat_map(Body::lengths).collect();
         read.extend(self.bodies.iter().flat_map(others).chain([self.shot, self.ball, self.time]).flatten());
@@ -355,12 +353,7 @@ impl Layout {
             !read.contains(i) && !name.is_empty() && !name.starts_with("column ")
         };
         let passed: Vec<&String> = names.iter().enumerate().filter(is_passed).map(|(_, name)| name).collect();
-        if !passed.is_empty() {
-            message += &format!("; columns passed over: {}", listed(&passed));
-        }
-        if self.stated.format == Format::Kinovea {
-            message += "; coordinates of its kinematics window are filtered, which smears an impact: export the trajectories";
-        }
-        job.note(Subject::Format, None, message);
+        let (format, separator, passed) = (self.stated.format.shown(), name_of(*separator), listed(&passed));
+        job.note(Subject::Format, None, message!("format", format, separator, first => above + 1, passed));
     }
 }

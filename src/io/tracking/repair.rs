@@ -4,7 +4,7 @@
 use nalgebra::Vector4;
 
 use super::raw::{Job, RawShot, RawTrack, Row, UNLIKE, jump_speed, value_at};
-use crate::io::error::{Log, Subject};
+use crate::io::error::{Log, Subject, message};
 
 /// Ratio to the step of coarse coordinates below which a ball may move without being seen to.
 const MAX_COARSE: f64 = 4.0;
@@ -129,11 +129,9 @@ pub(super) fn remove_repeated_frames(balls: &mut [RawTrack; 2], resolution: f64,
     let repeats = repeats.map_while(|first| Some([first, (first..steps.len()).find(|k| steps[*k] != 0.0)?]));
     let is_moving = |[first, end]: &[usize; 2]| steps[first - 1].min(steps[*end]) >= MAX_COARSE * resolution;
     let repeats: Vec<[usize; 2]> = repeats.filter(is_moving).collect();
-    let complain = |subject: Subject, first: usize, consequence: &str| {
+    let complain = |subject: Subject, first: usize| {
         let ([Row { line: known, .. }, _], [Row { line, .. }, _]) = (frames[first], frames[first + 1]);
-        let sentence = "both balls are exactly where they were in line";
-        let message = format!("{sentence} {known} while they move before and after{consequence}");
-        job.note(subject, line, message);
+        job.note(subject, line, message!("frozen", known, is_gap => subject == Subject::Repeated));
     };
     // the steps after repeated frames hold their motion, too, unless frames were put in
     let lateness = repeats.iter().map(|[first, end]| {
@@ -141,13 +139,11 @@ pub(super) fn remove_repeated_frames(balls: &mut [RawTrack; 2], resolution: f64,
         caught_up - late
     });
     if let Some([first, _]) = repeats.first().filter(|_| lateness.sum::<f64>() > 0.0) {
-        let consequence = ", and do not catch up: a frame was put in here, and all later times may be late. Expected the clip without \
-                           it, with the frames after it renumbered; or skip the shot";
-        complain(Subject::Damage, *first, consequence);
+        complain(Subject::Damage, *first);
         return None;
     }
     for [first, end] in repeats {
-        complain(Subject::Repeated, first, ": a repeated frame, taken as a gap");
+        complain(Subject::Repeated, first);
         let [lost, last] = [first + 1, end].map(|k| frames[k][0].time);
         let rows = cue.rows.iter_mut().chain(&mut object.rows);
         rows.filter(|row| (lost..=last).contains(&row.time)).for_each(Row::lose);
@@ -187,11 +183,8 @@ pub(super) fn undo_swaps(balls: &mut [RawTrack; 2], job: Job) -> Option<usize> {
         }
     }
     for pair in swaps.chunks(2) {
-        let last = pair.get(1).map_or(String::new(), |until| format!(" to line {}", until.line));
-        let (cue, object) = (&cue.name, &object.name);
-        let message =
-            format!("\"{cue}\" and \"{object}\" have exchanged their names from here{last}; exchanged back");
-        job.note(Subject::Swapped, pair[0].line, message);
+        let (cue, object, last) = (&cue.name, &object.name, pair.get(1).map(|until| until.line));
+        job.note(Subject::Swapped, pair[0].line, message!("swapped", cue, object, last));
     }
     for swap in &swaps {
         let tail = |rows: &mut Vec<Row>| rows.split_off(rows.partition_point(|row| row.time < swap.time));

@@ -3,7 +3,7 @@
 
 use super::raw::{Job, RawShot, RawTrack, Row, sorted, span};
 use super::words::Unit;
-use crate::io::error::{Subject, quoted};
+use crate::io::error::{Subject, message, quoted};
 use crate::numerics::median;
 
 /// Largest deviation from even steps beyond rounding, in steps: of frame rates, of times from whole
@@ -27,9 +27,7 @@ pub(super) fn convert(shot: &mut RawShot, fps: Option<f64>, job: Job) -> Result<
     }
     let differs = |(given, own): &(f64, f64)| (given / own - 1.0).abs() > MAX_OFF;
     if let Some((given, own)) = fps.zip(stated.fps).filter(differs) {
-        return Err(format!(
-            "the file states {own} fps, but [video] capture_fps is {given}; expected the same, or no capture_fps"
-        ));
+        return Err(message!("contradicted_rate", own, given));
     }
     let fps = fps.or(stated.fps);
     let rate = video.playback_fps.or(fps);
@@ -98,17 +96,10 @@ impl Grid {
             return Ok(());
         }
         if all.iter().any(|times| *times != all[0]) {
-            return Err(self.too_coarse(rate));
+            return Err(message!("coarse_times", resolution => self.resolution, rate));
         }
         *self = Self { times: all.swap_remove(0), are_rows: true, spacing: rate.recip(), ..*self };
         Ok(())
-    }
-
-    fn too_coarse(&self, rate: f64) -> String {
-        let Self { resolution, .. } = self;
-        format!(
-            "times, rounded to {resolution} s, are coarser than frames at {rate} fps; expected frame numbers, or more digits"
-        )
     }
 
     /// Returns the frame at each time, from the first on; `None` if steps are not whole frames.
@@ -190,33 +181,21 @@ impl Grid {
     ) -> Result<Vec<f64>, String> {
         let own = self.spacing.recip();
         if !self.fits(rate) && (!is_stated || own > rate) {
-            let why = if is_stated {
-                format!("playback_fps is {rate}; expected the rate that they follow")
-            } else {
-                format!(
-                    "capture_fps is {fps}; expected the rate of the camera. If they are those of slow playback, write playback_fps = \
-                     {own:.4} below it; if some frames are missing, playback_fps = {fps}; if they are not in seconds, [tracks] time_unit"
-                )
-            };
-            return Err(format!("times are {:.6} s apart ({own:.4} fps), but [video] {why}", self.spacing));
+            let (spacing, own) = (format!("{:.6}", self.spacing), format!("{own:.4}"));
+            return Err(message!("other_rate", spacing, own, rate, fps, is_stated));
         }
         // the spacing shows how a clock drifts, but a lost frame on a coarse one makes it longer
         let drifting = || self.frames(self.spacing).filter(|_| !is_stated);
         let Some(frames) = self.frames(rate.recip()).or_else(drifting) else {
             if self.resolution >= MAX_ROUNDING / rate {
-                return Err(self.too_coarse(rate));
+                return Err(message!("coarse_times", resolution => self.resolution, rate));
             }
-            note(format!(
-                "times are not spaced like frames at {rate} fps throughout; taken as they are written"
-            ));
+            note(message!("unsteady_times", rate));
             return Ok(self.times.iter().map(|t| t * rate / fps).collect());
         };
         let first = self.times.first().copied().unwrap_or_default();
         if let Some(row) = first_apart(&frames, &self.times, self.resolution, rate).filter(|_| !is_stated) {
-            let frame = frames[row];
-            note(format!(
-                "from frame {frame} on times are half a frame off {fps} fps; taken as they are written"
-            ));
+            note(message!("drifting_times", frame => frames[row], fps));
             // rounding is averaged out if the clock is steady
             return Ok(self.without_rounding(&frames, self.mean_rate(&frames)));
         }
@@ -292,11 +271,7 @@ fn guess_unit(shot: &RawShot, rate: Option<f64>) -> Result<Unit, String> {
         [unit] => Ok(unit),
         // a frame each millisecond: both units agree
         [Unit::Frames, Unit::Ms] if rate == Some(1000.0) => Ok(Unit::Frames),
-        _ => Err(format!(
-            "times are {spacing} apart, from which their unit does not follow; expected [tracks] time_unit (one of {}), and the \
-             [video] capture_fps of the camera",
-            quoted(Unit::S.names_alike())
-        )),
+        _ => Err(message!("unknown_time_unit", spacing, units => quoted(Unit::S.names_alike()))),
     }
 }
 
