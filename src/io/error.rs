@@ -28,7 +28,8 @@ macro_rules! message {
 pub(crate) use message;
 
 /// A problem and its place.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}: {}", self.place(), self.said())]
 pub struct Problem {
     /// The file that is wrong.
     pub file: PathBuf,
@@ -58,23 +59,23 @@ impl Problem {
     }
 }
 
-impl std::error::Error for Problem {}
-
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.place(), self.said())
-    }
-}
-
-/// Returns each problem or note once, with at most this number of its places.
-fn lines_of<'p>(all: impl Iterator<Item = &'p Problem>, most: usize) -> Vec<String> {
+/// Returns at most `lines` lines, in which each problem or note stands once, with at most `most` of
+/// its places; `more` follows the number of the other lines.
+fn lines_of<'p>(
+    all: impl Iterator<Item = &'p Problem>,
+    most: usize,
+    lines: usize,
+    more: &str,
+) -> Vec<String> {
     let groups = grouped(all.map(|problem| (problem.said(), problem.place())));
+    let others = groups.len().saturating_sub(lines);
+    let others = (others > 0).then(|| format!("and {others} more{more}"));
     let line = |(said, places): (String, Vec<String>)| {
         let places: IndexSet<String> = places.into_iter().collect();
         let named: Vec<&str> = places.iter().take(most).map(String::as_str).collect();
         format!("{}{}: {said}", named.join(", "), and_more(places.len().saturating_sub(most)))
     };
-    groups.into_iter().map(line).collect()
+    groups.into_iter().take(lines).map(line).chain(others).collect()
 }
 
 /// Returns a text with control characters escaped, which would act on a terminal.
@@ -105,11 +106,9 @@ impl std::error::Error for DatasetError {}
 
 impl fmt::Display for DatasetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let lines = lines_of(self.problems.iter(), MAX_PLACES);
         write!(f, "{}", self.what)?;
-        lines.iter().take(LISTED).try_for_each(|line| write!(f, "\n  {line}"))?;
-        let more = lines.len().saturating_sub(LISTED);
-        if more > 0 { write!(f, "\n  and {more} more") } else { Ok(()) }
+        let lines = lines_of(self.problems.iter(), MAX_PLACES, LISTED, "");
+        lines.iter().try_for_each(|line| write!(f, "\n  {line}"))
     }
 }
 
@@ -190,14 +189,8 @@ impl Log {
         const MAX_LISTED: usize = 8;
         let mut notes = self.notes.borrow().clone();
         notes.sort_by_key(|(subject, _)| *subject);
-        let subjects = notes.chunk_by(|a, b| a.0 == b.0).map(|notes| {
-            let mut lines = lines_of(notes.iter().map(|(_, note)| note), 1);
-            let more = lines.len().saturating_sub(MAX_LISTED);
-            lines.truncate(MAX_LISTED);
-            lines.extend((more > 0).then(|| format!("and {more} more like this")));
-            lines
-        });
-        subjects.flatten().collect()
+        let subjects = notes.chunk_by(|a, b| a.0 == b.0).map(|notes| notes.iter().map(|(_, note)| note));
+        subjects.flat_map(|notes| lines_of(notes, 1, MAX_LISTED, " like this")).collect()
     }
 }
 
