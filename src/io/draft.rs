@@ -102,7 +102,9 @@ impl Draft {
 
 /// Drafts the dataset.toml of files. `Err`: one that cannot be read, or files of different kinds.
 pub(crate) fn draft(named: &[PathBuf]) -> Result<Draft, Problem> {
-    let mut files = listed(named)?.into_iter().map(Seen::of).collect::<Result<Vec<Seen>, _>>()?;
+    let paths = named.iter().map(|file| if file.is_dir() { tables(file) } else { Ok(vec![file.clone()]) });
+    let paths = paths.collect::<Result<Vec<_>, _>>()?.concat();
+    let mut files = paths.into_iter().map(Seen::of).collect::<Result<Vec<Seen>, _>>()?;
     let table = files.iter().position(Seen::is_shots_table).filter(|_| files.len() > 1);
     let table = table.map(|i| files.remove(i).file);
     let mut draft = Draft::default();
@@ -216,12 +218,6 @@ fn is_text(text: &str) -> bool {
     lines.next().is_some_and(|(_, line)| !line.starts_with(['{', '[', '<']) && !line.contains(is_odd))
 }
 
-/// Returns the files; a folder is replaced by its tables.
-fn listed(files: &[PathBuf]) -> Result<Vec<PathBuf>, Problem> {
-    let each = files.iter().map(|file| if file.is_dir() { tables(file) } else { Ok(vec![file.clone()]) });
-    Ok(each.collect::<Result<Vec<_>, _>>()?.concat())
-}
-
 /// Returns the tables in a folder or, if it lacks tables, in its subfolders, or in theirs.
 fn tables(folder: &Path) -> Result<Vec<PathBuf>, Problem> {
     let options =
@@ -263,15 +259,13 @@ fn look_at(files: &mut Vec<Seen>, found: &mut Vec<String>) -> Result<(), Problem
         found.push(format!("{}: {why}.", seen.file.display()));
     }
     // one [tracks.columns] serves all files: that of most
-    let alike =
-        |seen: &&Seen| files.iter().filter(|other| other.survey.columns() == seen.survey.columns()).count();
+    let is_like = |one: &Seen, other: &Seen| one.survey.columns == other.survey.columns;
+    let alike = |seen: &&Seen| files.iter().filter(|other| is_like(seen, other)).count();
     let most = files.iter().find(|seen| 2 * alike(seen) > files.len());
-    let most = most.map(|seen| seen.survey.columns().clone());
-    for seen in files.extract_if(.., |seen| most.as_ref().is_some_and(|most| seen.survey.columns() != most)) {
-        found.push(format!(
-            "{}: its columns are not those of the other files; left out.",
-            seen.file.display()
-        ));
+    let most = most.map(|seen| seen.survey.columns.clone());
+    let is_other = |seen: &mut Seen| most.as_ref().is_some_and(|most| seen.survey.columns != *most);
+    for Seen { file, .. } in files.extract_if(.., is_other) {
+        found.push(format!("{}: its columns are not those of the other files; left out.", file.display()));
     }
     if let Some(other) = files.iter().find(|seen| seen.kind != files[0].kind) {
         let (own, Seen { file, kind, .. }) = (other.kind, &files[0]);

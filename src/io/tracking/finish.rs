@@ -1,16 +1,14 @@
 //! From rows to shots: clips, pieces of tracks, balls, times, and positions in metres.
 
-use rayon::prelude::*;
-
 use super::camera::Calibration;
 use super::follow::name_followed;
 use super::names::{assign, find, find_discs};
 use super::raw::{Job, RawShot, RawTrack, Row, jump_speed, sorted};
 use super::repair::{self, remove_lost};
 use super::words::Unit;
-use super::{Facts, MIN_SHOTS_PER_CORE, time};
+use super::{Facts, time};
 use crate::film::rigid_body::circle_centres;
-use crate::io::error::{Log, Subject, listed, message};
+use crate::io::error::{Subject, listed, message};
 use crate::io::manifest::StatedSpin;
 use crate::io::text::shortened;
 use crate::measurement::dataset::Tracks;
@@ -28,9 +26,8 @@ const CLEAR_RATIO: f64 = 2.0;
 /// clips is separated, and pieces of tracks are joined. `alone`: the names of clips are their
 /// numbers, without the file's name.
 pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawShot> {
-    let repairs = shots.par_iter_mut().with_min_len(MIN_SHOTS_PER_CORE).map(remove_lost);
-    for log in repairs.collect::<Vec<Log>>() {
-        job.log.append(log);
+    for shot in &mut shots {
+        remove_lost(shot, job);
     }
     // names of shots in the table are believed
     if let [shot] = shots.as_slice() {
@@ -119,7 +116,7 @@ fn join(shot: &mut RawShot, job: Job) {
         let (last, [name, own]) = (track.rows.last().map_or(1, |row| row.line), [&track.name, &piece.name]);
         job.note(Subject::Names, piece.line(), message!("continued", own, name, last));
         track.rows.extend(piece.rows);
-        track.sort();
+        track.rows.sort_by(|a, b| a.time.total_cmp(&b.time));
     }
     shot.tracks.retain(|track| !track.rows.is_empty());
 }

@@ -21,11 +21,8 @@ pub(super) fn follow(shots: &mut [RawShot], job: Job) {
         };
         let (before, after) = frames.split_at(start);
         let (mut tracks, mut others) = (vec![RawTrack::default(); 2], Vec::new());
-        // from there back to the first frame, which reverses the rows, and then on to the last
+        // from there back to the first frame, and then on to the last
         for frames in [before.iter().rev().collect::<Vec<_>>(), after.iter().collect()] {
-            for track in &mut tracks {
-                track.rows.reverse();
-            }
             let mut last = balls;
             for frame in frames {
                 let followed = nearest(last, frame);
@@ -37,6 +34,9 @@ pub(super) fn follow(shots: &mut [RawShot], job: Job) {
                     tracks[ball].rows.push(frame[row]);
                 }
             }
+        }
+        for track in &mut tracks {
+            track.rows.sort_by(|a, b| a.time.total_cmp(&b.time));
         }
         if let Some(first) = others.iter().min() {
             job.note(Subject::Gaps, *first, message!("other_objects", rows => others.len()));

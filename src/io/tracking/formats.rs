@@ -53,9 +53,17 @@ fn long(headings: &[Heading], job: Job) -> Option<Layout> {
 
 /// Finds exports of Tracker: of one track, or of several beside or below each other.
 fn tracker(headings: &[Heading], job: Job) -> Option<Layout> {
-    let is_of_tracks =
-        |heading: &&Heading| !heading.is_comment && is_tracker(heading) && !job.text.starts_with(MOTIVE);
-    let heading = headings.iter().find(is_of_tracks)?.clone();
+    let is_of_tracks = |heading: &&Heading| {
+        let has_any = |any: &[&str]| any.iter().any(|name| heading.at(name).is_some());
+        let has_columns = has_any(&["x"]) && has_any(&["y"]) && has_any(&["frame", "t", "time"]);
+        let is_long = [BALLS, SHOTS].into_iter().any(|role| find(&heading.own, role).is_some());
+        // other programs write both balls beside each other: X, Y, X 2, Y 2
+        let are_two = has_any(&["x2", "x 2", "x_2", "x.1"]);
+        let is_position = |pair: &&([usize; 2], Kind)| pair.1 == Kind::Position;
+        let is_single = || pairs(&heading.own).iter().filter(is_position).count() == 1;
+        !heading.is_comment && has_columns && !is_long && (!are_two || is_single())
+    };
+    let heading = headings.iter().find(is_of_tracks).filter(|_| !job.text.starts_with(MOTIVE))?.clone();
     let time = heading.clock([heading.at("frame"), heading.at("t").or(heading.at("time")), None], job)?;
     let is_position = |pair: &[usize; 2]| pair.map(|column| heading.own[column].as_str()) == ["x", "y"];
     let positions = pairs(&heading.small()).into_iter().map(|(pair, _)| pair).filter(is_position);
@@ -91,17 +99,6 @@ fn tracker(headings: &[Heading], job: Job) -> Option<Layout> {
         }));
     }
     Some(Layout::new(Format::Tracker, heading, bodies, Some(time), job))
-}
-
-fn is_tracker(heading: &Heading) -> bool {
-    let names = &heading.own;
-    let has_any = |any: &[&str]| any.iter().any(|name| heading.at(name).is_some());
-    let is_long = [BALLS, SHOTS].into_iter().any(|role| find(names, role).is_some());
-    // other programs write both balls beside each other: X, Y, X 2, Y 2
-    let are_two = has_any(&["x2", "x 2", "x_2", "x.1"]);
-    let positions = || pairs(names).iter().filter(|(_, kind)| *kind == Kind::Position).count();
-    let has_columns = has_any(&["x"]) && has_any(&["y"]) && has_any(&["frame", "t", "time"]);
-    has_columns && !is_long && (!are_two || positions() == 1)
 }
 
 /// Finds exports of Kinovea: a section per object, or CSV with `Time`, `name/0/X`, `name/0/Y`, ….

@@ -259,7 +259,7 @@ impl Rows {
         Self(cells.filter(|cells| cells.len() >= heading.names.len()).take(MAX_ROWS).collect())
     }
 
-    fn column(&self, column: usize) -> impl Iterator<Item = &str> {
+    pub(super) fn column(&self, column: usize) -> impl Iterator<Item = &str> {
         self.0.iter().map(move |row| row[column].as_str())
     }
 
@@ -279,16 +279,8 @@ impl Rows {
         self.counts(&[Some(column)]).len()
     }
 
-    pub(super) fn is_empty(&self, column: usize) -> bool {
-        self.column(column).all(str::is_empty)
-    }
-
     pub(super) fn is_whole(&self, column: usize) -> bool {
         self.numbers(column).is_some_and(|numbers| numbers.iter().all(|number| number.fract() == 0.0))
-    }
-
-    pub(super) fn largest(&self, column: usize) -> f64 {
-        self.column(column).filter_map(value).map(f64::abs).fold(0.0, f64::max)
     }
 
     /// Returns the difference of the largest and the least number of a column.

@@ -104,22 +104,6 @@ pub(super) struct RawTrack {
 }
 
 impl RawTrack {
-    pub(super) fn sort(&mut self) {
-        self.rows.sort_by(|a, b| a.time.total_cmp(&b.time));
-    }
-
-    /// Continues the times of a clock, s, in the order of the lines, when it begins again at 0.
-    pub(super) fn pass_midnight(&mut self) {
-        let (mut midnight, mut before) = (0.0, 0.0);
-        for row in &mut self.rows {
-            if row.time + midnight < before - 43_200.0 {
-                midnight += 86_400.0;
-            }
-            row.time += midnight;
-            before = row.time;
-        }
-    }
-
     /// Returns the rows in the order of the file.
     pub(super) fn written(&self) -> Vec<Row> {
         let mut written = self.rows.clone();

@@ -13,7 +13,7 @@ use super::formats::FORMATS;
 use super::heading::{Heading, Rows, TITLES, headings};
 use super::raw::{Job, RawShot, RawTrack, Stated, stem};
 use super::reader::{self, Body, Layout, Reader, number_twins};
-use super::settings::{Columns, Format, angle_unit};
+use super::settings::{Columns, Format};
 use super::words::{FRAMES, TIMES, Unit, find};
 use crate::io::error::{Subject, did_you_mean, message};
 use crate::io::text::{decode, filled_lines, shortened, value, without_separator_line};
@@ -116,7 +116,8 @@ fn by_columns(job: Job, wanted: &Columns) -> Option<Layout> {
     let [cue, object] = job.settings.first_names();
     let is_wide = wanted.contains_key("cue_x");
     let unit = |column: usize| {
-        let stated = angle_unit(wanted).map(|unit| (unit, "[tracks.columns] angle_unit states".to_string()));
+        let stated = wanted.get("angle_unit").and_then(|unit| Unit::of(unit.as_str()?));
+        let stated = stated.map(|unit| (unit, "[tracks.columns] angle_unit states".to_string()));
         let unit = heading.unit([column], Unit::Rad, stated, job);
         if unit.is_none() {
             let message = "the unit of these angles is not stated; expected [tracks.columns] angle_unit = \"rad\" or \"deg\"";

@@ -21,6 +21,7 @@ const LIKELY: f64 = 0.6;
 pub(super) fn read(job: Job, layout: &Layout) -> Vec<RawShot> {
     let mut reader = Reader::new(job, layout);
     let limit = job.log.len() + MAX_PROBLEMS;
+    let Heading { names, separator, .. } = &layout.heading;
     for (line, text) in lines(job.text).take_while(|_| job.log.len() < limit) {
         let content = text.trim_start();
         let bodies = layout.bodies_at(line);
@@ -29,40 +30,33 @@ pub(super) fn read(job: Job, layout: &Layout) -> Vec<RawShot> {
         if is_empty || bodies.is_empty() {
             continue;
         }
-        let cells = text::cells(text, layout.heading.separator);
+        let cells = text::cells(text, *separator);
         if content.starts_with('#') {
-            if cells.is_ok_and(|cells| layout.shot == Some(0) && cells.len() == layout.heading.names.len()) {
+            if cells.is_ok_and(|cells| layout.shot == Some(0) && cells.len() == names.len()) {
                 let message = "rows that begin with #, passed over as comments: quote names of shots that begin with it";
                 job.note(Subject::Repeated, line, message);
             }
             continue;
         }
-        let slip = "a quotation mark does not close in this line, or text follows it";
-        let cells = cells.map_err(|_| slip.to_string()).and_then(|cells| with_width(cells, layout));
-        match cells {
-            Ok(cells) => reader.add(line, &cells, bodies),
-            Err(message) => job.wrong(line, None, message),
+        let Ok(mut cells) = cells else {
+            job.wrong(line, None, "a quotation mark does not close in this line, or text follows it");
+            continue;
+        };
+        // spreadsheets continue with empty cells
+        while cells.len() > names.len() && cells.last().is_some_and(|cell| cell.is_empty()) {
+            cells.pop();
+        }
+        let is_open = names.last().is_some_and(String::is_empty) && cells.len() + 1 == names.len();
+        if (matches!(separator, None | Some(' ' | '\t')) || is_open) && cells.len() < names.len() {
+            cells.resize(names.len(), Cow::Borrowed(""));
+        }
+        if cells.len() == names.len() {
+            reader.add(line, &cells, bodies);
+        } else {
+            job.wrong(line, None, wrong_width(cells.len(), names.len(), layout.heading.line, *separator));
         }
     }
     reader.finish()
-}
-
-/// Returns as many cells as there are names; `Err` with a message if there are more or less.
-fn with_width<'a>(mut cells: Vec<Cow<'a, str>>, layout: &Layout) -> Result<Vec<Cow<'a, str>>, String> {
-    let (names, separator) = (&layout.heading.names, layout.heading.separator);
-    let width = names.len();
-    // spreadsheets continue with empty cells
-    while cells.len() > width && cells.last().is_some_and(|cell| cell.is_empty()) {
-        cells.pop();
-    }
-    let is_open = names.last().is_some_and(String::is_empty) && cells.len() + 1 == width;
-    if (matches!(separator, None | Some(' ' | '\t')) || is_open) && cells.len() < width {
-        cells.resize(width, Cow::Borrowed(""));
-    }
-    if cells.len() == width {
-        return Ok(cells);
-    }
-    Err(wrong_width(cells.len(), width, layout.heading.line, separator))
 }
 
 /// Rows already read, sorted into shots and tracks, and the properties that all cells share.
@@ -209,11 +203,17 @@ impl<'a> Reader<'a> {
             job.note(Subject::Format, None, "decimal comma");
         }
         let mut shots: Vec<RawShot> = self.shots.into_values().collect();
-        for track in shots.iter_mut().flat_map(|shot| &mut shot.tracks) {
-            if let Some((Some(_), _)) = self.clock {
-                track.pass_midnight();
+        for RawTrack { rows, .. } in shots.iter_mut().flat_map(|shot| &mut shot.tracks) {
+            let (mut midnight, mut before) = (0.0, 0.0);
+            // the clock begins again at 0
+            for row in rows.iter_mut().filter(|_| matches!(self.clock, Some((Some(_), _)))) {
+                if row.time + midnight < before - 43_200.0 {
+                    midnight += 86_400.0;
+                }
+                row.time += midnight;
+                before = row.time;
             }
-            track.sort();
+            rows.sort_by(|a, b| a.time.total_cmp(&b.time));
         }
         if let Some((Some(mark), line)) = self.clock {
             let rounding = Some(1.0 / 10.0_f64.powi(self.digits as i32));

@@ -4,7 +4,7 @@
 use nalgebra::Vector4;
 
 use super::raw::{Job, RawShot, RawTrack, Row, UNLIKE, jump_speed, value_at};
-use crate::io::error::{Log, Subject, message};
+use crate::io::error::{Subject, message};
 
 /// Ratio to the step of coarse coordinates below which a ball may move without being seen to.
 const MAX_COARSE: f64 = 4.0;
@@ -13,9 +13,8 @@ const MAX_COARSE: f64 = 4.0;
 const MAX_SWAPPED: f64 = 0.3;
 
 /// Makes gaps of placeholders for a lost ball, unless its path leads there, and of impossible
-/// places and times: a lost decimal point, a misprint. Returns notes about them.
-pub(super) fn remove_lost(shot: &mut RawShot) -> Log {
-    let log = Log::default();
+/// places and times: a lost decimal point, a misprint.
+pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
     let paths = shot.tracks.iter().filter(|track| !track.is_angle);
     let paths: Vec<Vec<&Row>> = paths.map(|track| track.seen().collect()).collect();
     // the ranges of the middle nine tenths of x, y and time
@@ -31,7 +30,7 @@ pub(super) fn remove_lost(shot: &mut RawShot) -> Log {
     let is_off = |row: &Row, k: usize| excess(row, k) > reach[k];
     let is_doubtful = |row: &&Row| row.is_placeholder() || (0..3).any(|k| is_off(row, k));
     if !paths.iter().flatten().any(is_doubtful) {
-        return log;
+        return;
     }
     let good = paths.iter().flat_map(|path| path.windows(2)).filter(|two| !two.iter().any(is_doubtful));
     let limit = jump_speed(good.map(|two| two[0].step(two[1])));
@@ -58,11 +57,10 @@ pub(super) fn remove_lost(shot: &mut RawShot) -> Log {
             let Some(why) = why else { continue };
             let [x, y] = row.place;
             let message = format!("\"{name}\" is at ({x}, {y}), {why}: taken as a gap");
-            log.note(Subject::Gaps, &shot.file, row.line, message);
+            job.note(Subject::Gaps, row.line, message);
             row.lose();
         }
     }
-    log
 }
 
 impl Row {

@@ -162,16 +162,13 @@ impl TrackSettings {
         let folder = source.path.parent().map(PathBuf::from).unwrap_or_default();
         self.shots = self.tracks.shots.as_ref().map(|shots| folder.join(shots));
         let TracksSection { cue, object, cue_markers, object_markers, .. } = &self.tracks;
-        let names = |stated: &Option<OneOrSeveral<String>>, default: &[&'static str]| -> Vec<String> {
-            let stated = stated.as_ref().map(|names| names.each().iter().map(String::as_str).collect());
-            stated.unwrap_or(default.to_vec()).iter().map(|name| name.trim().to_owned()).collect()
-        };
-        self.names = [
-            names(cue, &["cue"]),
-            names(object, &["object"]),
-            names(cue_markers, &[]),
-            names(object_markers, &[]),
-        ];
+        self.names = [cue, object, cue_markers, object_markers].map(|stated| {
+            let names = stated.iter().flat_map(OneOrSeveral::each);
+            names.map(|name| name.trim().to_owned()).collect()
+        });
+        for (names, default) in self.names.iter_mut().zip(["cue", "object"]) {
+            names.extend(names.is_empty().then(|| default.to_owned()));
+        }
         self
     }
 }
@@ -184,7 +181,6 @@ const KEYS: &str = "shot frame t angle_unit ball point x_sd y_sd marker_x marker
 /// Keys of each ball, which follow `cue_` and `object_` in a table with a row per frame. A box has
 /// its other corner in x2 and y2, or its size in width and height.
 const EACH: &str = "x y x2 y2 width height likelihood angle";
-const ANGLE_UNIT: &str = "angle_unit";
 const PAIRS: [[&str; 2]; 4] = [["x_sd", "y_sd"], ["marker_x", "marker_y"], ["x2", "y2"], ["width", "height"]];
 
 pub(super) fn schema_of_columns(_: &mut SchemaGenerator) -> Schema {
@@ -197,13 +193,9 @@ pub(super) fn schema_of_columns(_: &mut SchemaGenerator) -> Schema {
     let keys = KEYS.split(' ').map(str::to_owned).chain(of_each);
     let mut properties: IndexMap<String, Schema> = keys.map(|key| (key, column.clone())).collect();
     let units = json_schema!({ "type": "string", "enum": Unit::Rad.names_alike() });
-    properties.insert(ANGLE_UNIT.to_owned(), units);
+    properties.insert("angle_unit".to_owned(), units);
     let pairs = each.into_iter().flat_map(|begin| PAIRS.map(|pair| pair.map(|key| format!("{begin}{key}"))));
     let both = pairs.flat_map(|[one, other]| [(one.clone(), [other.clone()]), (other, [one])]);
     let both: IndexMap<String, [String; 1]> = both.collect();
     json_schema!({ "type": "object", "properties": properties, "dependentRequired": both })
-}
-
-pub(super) fn angle_unit(columns: &Columns) -> Option<Unit> {
-    Unit::of(columns.get(ANGLE_UNIT)?.as_str()?)
 }

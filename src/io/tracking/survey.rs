@@ -41,7 +41,7 @@ pub(crate) struct Survey {
     shots: Vec<RawShot>,
     /// Guessed `[tracks.columns]`: certain ones, and the size of a box where names leave open if x
     /// and y are its corner or its middle.
-    columns: [Columns; 2],
+    pub(crate) columns: [Columns; 2],
     /// Cells and rows that cannot be read, as the loader reports them.
     problems: Vec<Problem>,
 }
@@ -85,11 +85,6 @@ impl Survey {
         self.shots.extend(other.shots);
         self.problems.extend(other.problems);
         self
-    }
-
-    /// Returns the guessed columns.
-    pub(crate) fn columns(&self) -> &[Columns; 2] {
-        &self.columns
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -271,7 +266,15 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
     let mut angles: Vec<usize> = (0..names.len()).filter(is_free_angle).collect();
     taken.extend(boxes.concat().concat());
     let is_free = |column: &usize| !taken.contains(column) && !names[*column].is_empty();
-    let ball = ball(&names, &rows, [frame.or(time), shot], [positions.len(), boxes.len()], is_free);
+    // detectors leave the column empty, or name one ball beside two pairs of columns
+    let names_one = |column: &usize| positions.len() == 2 && boxes.len() != 1 && rows.values(*column) < 2;
+    let is_filled = |column: &usize| !rows.column(*column).all(str::is_empty) && !names_one(column);
+    let is_stated = |column: &usize| boxes.len() < 2 && is_free(column) && is_filled(column);
+    let is_one_body = positions.len() == 1 || boxes.len() == 1;
+    let differs = |column: &usize| rows.distinguishes_rows(*column, [frame.or(time), shot]);
+    let may_name = |column: &usize| is_one_body && is_free(column) && differs(column);
+    let ball = find(&names, words::BALLS).filter(is_stated);
+    let ball = ball.or_else(|| find(&names, PERHAPS_BALLS).filter(may_name));
     // ids that a tracker changed after it had lost a ball
     let ball = ball.filter(|ball| !(are_pairs && rows.values(*ball) > 2 && rows.is_whole(*ball)));
     if !boxes.is_empty() {
@@ -329,7 +332,8 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
         add(&format!("{begin}likelihood"), column("likelihood"));
     }
     if angles.iter().any(|column| heading.units[*column].is_none()) {
-        let most = angles.iter().map(|column| rows.largest(*column)).fold(0.0, f64::max);
+        let numbers = angles.iter().flat_map(|column| rows.column(*column)).filter_map(value);
+        let most = numbers.map(f64::abs).fold(0.0, f64::max);
         // two turns in radians are less than a tenth of one in degrees
         let unit = if most > 2.0 * std::f64::consts::TAU { "deg" } else { "rad" };
         columns[0].insert("angle_unit".to_string(), unit.into());
@@ -337,23 +341,4 @@ fn named(text: &str, heading: &Heading) -> Option<[Columns; 2]> {
     let growing = growing.find(is_other).map(|column| heading.names[column].as_str().into());
     columns[1].extend(growing.map(|name| ("t".to_owned(), name)));
     Some(columns)
-}
-
-/// Returns the column of balls beside those of times and shots; an uncertain one if rows differ.
-fn ball(
-    names: &[String],
-    rows: &Rows,
-    others: [Option<usize>; 2],
-    [positions, boxes]: [usize; 2],
-    is_free: impl Fn(&usize) -> bool,
-) -> Option<usize> {
-    // detectors leave the column empty, or name one ball beside two pairs of columns
-    let is_one = |column: &usize| positions == 2 && boxes != 1 && rows.values(*column) < 2;
-    let is_stated =
-        |column: &usize| boxes < 2 && is_free(column) && !rows.is_empty(*column) && !is_one(column);
-    let may_name = |column: &usize| {
-        (positions == 1 || boxes == 1) && is_free(column) && rows.distinguishes_rows(*column, others)
-    };
-    let stated = find(names, words::BALLS).filter(is_stated);
-    stated.or_else(|| find(names, PERHAPS_BALLS).filter(may_name))
 }
