@@ -84,8 +84,7 @@ impl Joint<'_> {
 
     fn sample_has(&self, sample: usize, quantity: Quantity) -> bool {
         let id = quantity.id();
-        let Some(column) = self.solution.column(sample, id) else { return false };
-        let unknown = &self.solution.problem.unknowns[column];
+        let unknown = &self.solution.problem.unknowns[self.solution.column(sample, id)];
         let is_adopted = unknown.mode == Mode::Free || id == Id::Kappa && unknown.start != 0.0;
         let settings = &self.samples.fitted[sample].settings;
         // discs do not press on a cloth
@@ -103,7 +102,7 @@ impl Joint<'_> {
     /// Returns the column of an unknown that a label's samples estimate.
     fn column(&self, label: usize, id: Id) -> Option<usize> {
         let is_free = |column: &usize| self.solution.problem.unknowns[*column].mode == Mode::Free;
-        self.of_label(label).filter_map(|sample| self.solution.column(sample, id)).find(is_free)
+        self.of_label(label).map(|sample| self.solution.column(sample, id)).find(is_free)
     }
 
     /// Returns a quantity's estimates, their differences, and whether one value is enough.
@@ -187,7 +186,7 @@ impl Joint<'_> {
     fn value(&self, label: usize, quantity: Quantity, estimates: Option<&Estimates>) -> Value {
         let (problem, id) = (&self.solution.problem, quantity.id());
         let fitted = self.column(label, id);
-        let held = || self.solution.column(self.of_label(label).next()?, id);
+        let held = || self.of_label(label).next().map(|sample| self.solution.column(sample, id));
         let value = fitted.or_else(held).map_or(f64::NAN, |column| self.solution.at.state.shared.0[column]);
         let [low, high] = fitted.map_or([f64::NAN; 2], |column| problem.unknowns[column].bounds);
         let std_error = fitted.zip(estimates).and_then(|(column, all)| known_error(problem, all, column));

@@ -106,7 +106,7 @@ impl Fit {
         let estimate = self.get(parameter)?;
         let is_known = !self.is_refuted() && !self.noise.iter().any(Noise::is_unknown);
         let is_flat = estimate.status == Status::Free && estimate.std_error.is_none() && is_known;
-        is_flat.then(|| [estimate.value, self.solution.bounds(Id::from(parameter))[1]])
+        is_flat.then(|| [estimate.value, self.solution.problem.unknown(Id::from(parameter)).bounds[1]])
     }
 
     /// Returns the covariance of [`Fit::estimates`], NaN for those without a standard error.

@@ -79,7 +79,7 @@ impl<'a> Fitted<'a> {
             (self.of_contact(is_open), self.of_contact(|e| has_regions && has_region(e)))
         };
         let Self { end, estimates, .. } = self;
-        let covariance = solution.covariance_in(&end.as_free, &estimates.iter().map(id).collect::<Vec<_>>());
+        let covariance = end.as_free.between(&estimates.iter().map(id).collect::<Vec<_>>());
         let ids: Vec<Id> = combined.iter().map(|parameter| Id::from(*parameter)).collect();
         let mut others = solution.problem.inside(solution.state());
         others.retain(|column| ids.iter().all(|id| *id as usize != *column));
@@ -243,7 +243,7 @@ impl<'a> Fitted<'a> {
     fn influence(&self, influential_from: Option<f64>) -> Vec<Influence> {
         let solution = &self.end.solution;
         let wanted: Vec<Id> = self.contact().into_iter().map(Id::from).collect();
-        let covariance = solution.covariance_in(&solution.covariance, &wanted);
+        let covariance = solution.covariance.between(&wanted);
         let Some(information) = covariance.cholesky().map(|factor| factor.inverse()) else {
             return Vec::new();
         };

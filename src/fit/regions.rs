@@ -48,11 +48,11 @@ pub(in crate::fit) fn contours(
     let contour = |pair: [&Estimate; 2]| {
         let ids = pair.map(|estimate| Id::from(estimate.parameter));
         let centre = pair.map(|estimate| estimate.value);
-        let covariance = solution.covariance_in(covariance, &ids);
+        let covariance = covariance.between(&ids);
         // without a covariance of both, from its interval or its bounds
         let reach = |i: usize| {
             pair[i].std_error.unwrap_or_else(|| {
-                let [low, high] = pair[i].interval_95.unwrap_or(solution.bounds(ids[i]));
+                let [low, high] = pair[i].interval_95.unwrap_or(solution.problem.unknown(ids[i]).bounds);
                 0.25 * (high - low)
             })
         };

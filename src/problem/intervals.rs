@@ -234,11 +234,13 @@ impl FitEnd {
         let ends = |sd: f64| [value - t * sd, value + t * sd].map(|end| end.clamp(low, high));
         let is_film = solution.problem.film().is_some();
         let curvature =
-            std_error.map(ends).or_else(|| is_film.then(|| solution.limit_at_bound(id)).flatten());
+            std_error.map(ends).or_else(|| is_film.then(|| solution.limit_at_bound(column)).flatten());
         let profile = match std_error {
             // along a ratio of the balls χ² is a parabola
             _ if !self.profiles || parameter.is_of_balls() => None,
-            Some(_) if is_film || solution.names().len() > MANY_SHOTS => solution.lopsided_interval(id, t),
+            Some(_) if is_film || solution.names().len() > MANY_SHOTS => {
+                solution.lopsided_interval(column, t)
+            }
             _ if is_film => None,
             _ => solution.profile(column, (t, [EDGE; 2])),
         };

@@ -173,7 +173,7 @@ fn estimate_spread(
     for (i, shot) in at.shots[sample].iter().enumerate() {
         let is_free = |number: &&Scattered| number.spread == which && !shot.held[number.place];
         for number in shot.scattered.iter().filter(is_free) {
-            let variance = estimates.variance(reduced, (sample, i), &number.derivatives());
+            let variance = estimates.variance(reduced, (sample, i), &number.by);
             shown.extend(spread.shown(number.value, variance));
         }
     }

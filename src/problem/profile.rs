@@ -11,7 +11,6 @@ use super::evaluation::Evaluation;
 use super::minimise::{Descent, descend};
 use super::problem::Problem;
 use super::solution::Solution;
-use super::unknowns::Id;
 
 /// Part of t·error by which a profile differs from that of a parabola, from which on it is the
 /// interval.
@@ -55,10 +54,9 @@ impl Solution {
         Some([end(-1.0, low)?, end(1.0, high)?])
     }
 
-    /// Returns the 95 % interval of an unknown of the first sample by its profile if χ² is not the
-    /// parabola that its standard error says; `None` if it is, or cannot be minimised.
-    pub(crate) fn lopsided_interval(&self, id: Id, t: f64) -> Option<[f64; 2]> {
-        let column = self.column(0, id)?;
+    /// Returns the 95 % interval of a column of the problem by its profile if χ² is not the parabola
+    /// that its standard error says; `None` if it is, or cannot be minimised.
+    pub(crate) fn lopsided_interval(&self, column: usize, t: f64) -> Option<[f64; 2]> {
         let (value, half) = (self.at.state.shared.0[column], t * self.covariance.sd(column)?);
         let ends = self.profile(column, (t, [DIFFERENT, EDGE]))?;
         (ends != [value - half, value + half]).then_some(ends)

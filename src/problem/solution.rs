@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -148,8 +148,7 @@ impl Solution {
 
     /// Returns the estimate of an unknown of the first sample if it was free.
     pub fn get(&self, id: Id) -> Option<Estimate> {
-        let column = self.column(0, id)?;
-        (self.problem.unknowns[column].mode == Mode::Free).then(|| self.estimate(column))
+        (self.problem.unknown(id).mode == Mode::Free).then(|| self.estimate(id as usize))
     }
 
     /// Returns an unknown of the first sample with its standard error, if it was free and has one.
@@ -165,23 +164,12 @@ impl Solution {
 
     /// Returns the value of an unknown of the first sample, free or held.
     pub fn value(&self, id: Id) -> f64 {
-        self.column(0, id).map_or(f64::NAN, |column| self.at.state.shared.0[column])
+        self.at.state.shared[id]
     }
 
     /// Returns the index of an unknown of a sample among the unknowns of the problem.
-    pub(crate) fn column(&self, sample: usize, id: Id) -> Option<usize> {
-        Some(self.problem.samples.get(sample)?.columns[id as usize])
-    }
-
-    /// Returns the covariance of some unknowns of the first sample, taken from `all`; NaN for an
-    /// unknown that is not in `all`.
-    pub(crate) fn covariance_in(&self, all: &Estimates, ids: &[Id]) -> DMatrix<f64> {
-        let place = |id: &Id| all.position(self.column(0, *id)?);
-        let places: Vec<Option<usize>> = ids.iter().map(place).collect();
-        DMatrix::from_fn(ids.len(), ids.len(), |i, j| match (places[i], places[j]) {
-            (Some(i), Some(j)) => all.covariance[(i, j)],
-            _ => f64::NAN,
-        })
+    pub(crate) fn column(&self, sample: usize, id: Id) -> usize {
+        self.problem.samples[sample].columns[id as usize]
     }
 
     /// Returns the unknowns of the only sample that have a standard error, in the order of the
@@ -230,8 +218,7 @@ impl Solution {
     /// likelihood, to second order a normal distribution cut off at the bound. (A rise of χ² by
     /// 1.645² from the bound leaves 24 % in films whose χ² decreases beyond it.) `None` for one
     /// that is not at a bound.
-    pub(crate) fn limit_at_bound(&self, id: Id) -> Option<[f64; 2]> {
-        let column = self.column(0, id)?;
+    pub(crate) fn limit_at_bound(&self, column: usize) -> Option<[f64; 2]> {
         let (unknown, x) = (&self.problem.unknowns[column], self.at.state.shared.0[column]);
         let inward = if x == unknown.bounds[0] { 1.0 } else { -1.0 };
         if unknown.mode != Mode::Free || !unknown.bounds.contains(&x) {
@@ -315,11 +302,6 @@ impl Solution {
     /// Returns whether the data are a film of balls or of discs.
     pub fn is_film(&self) -> bool {
         self.problem.rows().is_none()
-    }
-
-    /// Returns the bounds of an unknown of the first sample.
-    pub fn bounds(&self, id: Id) -> [f64; 2] {
-        self.column(0, id).map_or([f64::NAN; 2], |column| self.problem.unknowns[column].bounds)
     }
 
     /// Returns the topspin of each shot of a film over natural roll; 1 for a ball that rolls.

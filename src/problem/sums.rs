@@ -120,28 +120,8 @@ pub(crate) struct Scattered {
     pub(crate) place: usize,
     /// The difference.
     pub(crate) value: f64,
-    /// Its derivatives by the own unknowns of the shot and the shared ones, each with its place, as
-    /// far as they are not 0: films have many such numbers.
-    by: Vec<(usize, f64)>,
-    /// Number of unknowns.
-    unknowns: usize,
-}
-
-impl Scattered {
-    /// Returns a number with its derivatives by the own unknowns of the shot and the shared ones.
-    pub(crate) fn new((spread, place): (usize, usize), value: f64, by: &DVector<f64>) -> Self {
-        let some = by.iter().copied().enumerate().filter(|(_, by)| *by != 0.0);
-        Self { spread, place, value, by: some.collect(), unknowns: by.len() }
-    }
-
-    /// Returns its derivatives by the own unknowns of the shot and the shared ones.
-    pub(crate) fn derivatives(&self) -> DVector<f64> {
-        let mut all = DVector::zeros(self.unknowns);
-        for (place, by) in &self.by {
-            all[*place] = *by;
-        }
-        all
-    }
+    /// Its derivatives by the own unknowns of the shot and the shared ones.
+    pub(crate) by: DVector<f64>,
 }
 
 /// The part of a shot in a robust loss.
@@ -250,7 +230,7 @@ impl Contribution {
             OwnPrior::Held => self.sums.held[place] = true,
             OwnPrior::Stated(normal) => self.add_stated((place, normal), value, &by),
             OwnPrior::Spread(spread) => {
-                self.add_scattered(Scattered::new((spread, place), value, &by), spreads);
+                self.add_scattered(Scattered { spread, place, value, by }, spreads);
             }
         }
     }
@@ -266,7 +246,7 @@ impl Contribution {
     pub(crate) fn add_scattered(&mut self, number: Scattered, spreads: &[Spread]) {
         let sd = spreads[number.spread].sd;
         self.sums.known[number.place] = sd.powi(-2);
-        self.add_number(number.value / sd, (number.derivatives() / sd).as_slice());
+        self.add_number(number.value / sd, (&number.by / sd).as_slice());
         self.sums.scattered.push(number);
     }
 

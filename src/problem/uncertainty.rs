@@ -61,6 +61,15 @@ impl Estimates {
         self.position(column).map(|i| self.covariance[(i, i)].sqrt())
     }
 
+    /// Returns the covariance of some unknowns of the first sample; NaN for one without.
+    pub(crate) fn between(&self, ids: &[Id]) -> DMatrix<f64> {
+        let places: Vec<Option<usize>> = ids.iter().map(|id| self.position(*id as usize)).collect();
+        DMatrix::from_fn(ids.len(), ids.len(), |i, j| match (places[i], places[j]) {
+            (Some(i), Some(j)) => self.covariance[(i, j)],
+            _ => f64::NAN,
+        })
+    }
+
     /// Returns the variance of a number of shot `i` of a sample with these derivatives by its own
     /// unknowns and the shared ones.
     pub(crate) fn variance(&self, reduced: &Reduced, (sample, i): (usize, usize), by: &DVector<f64>) -> f64 {

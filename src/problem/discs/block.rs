@@ -160,9 +160,11 @@ impl DiscBlock {
         let (e, ratio) = (motion.own[own::RESTITUTION], motion.own[own::RATIO]);
         let law = impulse_ratio([-parting, slip, e], shared, self.discs.inertia);
         let off_friction = law.filter(|_| self.shows_friction(i)).map(|law| ratio - law);
-        let number = |(spread, off): (usize, Dual)| {
-            let by = by_unknowns(&off, own.len());
-            Scattered::new((spread, own::RESTITUTION + spread), off.re, &by)
+        let number = |(spread, off): (usize, Dual)| Scattered {
+            spread,
+            place: own::RESTITUTION + spread,
+            value: off.re,
+            by: by_unknowns(&off, own.len()),
         };
         let off_restitution = e - restitution(&-parting, shared);
         std::iter::once(off_restitution).chain(off_friction).enumerate().map(number).collect()

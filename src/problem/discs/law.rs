@@ -157,7 +157,7 @@ fn judge_shots(fit: &Solution) -> Result<Vec<bool>, FilmError> {
             .iter()
             .filter_map(|number| {
                 let variance = spreads[number.spread].sd.powi(2);
-                let expected = variance - reduced.own[0][i].variance(&number.derivatives());
+                let expected = variance - reduced.own[0][i].variance(&number.by);
                 // quantities that the frames do not show do not count
                 (expected > 1e-3 * variance).then(|| number.value.powi(2) / expected)
             })

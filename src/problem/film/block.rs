@@ -170,8 +170,8 @@ impl ShotAt<'_> {
             match (prior, spin.mean) {
                 (OwnPrior::Spread(spread), Some(mean)) if place == own::TOPSPIN => {
                     by[OWN + mean as usize] = -1.0;
-                    let number = Scattered::new((spread, place), own[place] - shared[mean], &by);
-                    sums.add_scattered(number, &film.spreads);
+                    let value = own[place] - shared[mean];
+                    sums.add_scattered(Scattered { spread, place, value, by }, &film.spreads);
                 }
                 (OwnPrior::Stated(normal), _) => {
                     let value = own[place] - through.shift(shared, &mut by);

@@ -331,8 +331,7 @@ impl Solution {
         });
         let shot_variances = (&by_own * &covariance * by_own.transpose()).diagonal();
         let by_cloth = &by_own * covariance * matrix.view((0, free), (free, CLOTH.len()));
-        let cloth_covariance =
-            self.covariance_in(&self.covariance, &CLOTH).map(|c| if c.is_nan() { 0.0 } else { c });
+        let cloth_covariance = self.covariance.between(&CLOTH).map(|c| if c.is_nan() { 0.0 } else { c });
         Some([shot_variances, (&by_cloth * cloth_covariance * by_cloth.transpose()).diagonal()])
     }
 }
