@@ -36,9 +36,10 @@ struct Batch {
     shots: Vec<ShotSums>,
     /// `None` for a shot that does not determine one of its unknowns.
     own: Vec<Option<Eliminated>>,
-    /// JᵀJ by the shared unknowns, and the residual as the last column (upper triangle).
-    whole: DMatrix<f64>,
-    /// `whole` after elimination of the own unknowns.
+    /// Squares of the derivatives by the shared unknowns, and of the residuals.
+    squares: DVector<f64>,
+    /// JᵀJ by the shared unknowns, and the residual as the last column (upper triangle), after
+    /// elimination of the own unknowns.
     reduced: DMatrix<f64>,
 }
 
@@ -46,10 +47,10 @@ impl Batch {
     /// Adds up the contributions of shots, which depend on `width` − 1 shared unknowns; of the
     /// responses to these and to the residuals keeps the columns `kept`.
     fn of(contributions: impl Iterator<Item = Contribution>, width: usize, kept: &[usize]) -> Self {
-        let whole = DMatrix::zeros(width, width);
-        let mut batch = Self { shots: Vec::new(), own: Vec::new(), reduced: whole.clone(), whole };
+        let (squares, reduced) = (DVector::zeros(width), DMatrix::zeros(width, width));
+        let mut batch = Self { shots: Vec::new(), own: Vec::new(), squares, reduced };
         for shot in contributions {
-            batch.whole += shot.shared_products();
+            batch.squares += shot.shared_products().diagonal();
             batch.reduced += shot.shared_products();
             batch.own.push(shot.eliminate(&mut batch.reduced, kept));
             batch.shots.push(shot.sums);
@@ -84,8 +85,8 @@ impl Problem {
     pub fn evaluate(&self, state: State) -> Evaluation {
         self.evaluations.fetch_add(1, Ordering::Relaxed);
         let last = self.unknowns.len();
-        let mut whole = DMatrix::zeros(last + 1, last + 1);
-        let mut products = whole.clone();
+        let mut slopes = DVector::zeros(last + 1);
+        let mut products = DMatrix::zeros(last + 1, last + 1);
         let (mut all, mut own, mut all_kept) = (Vec::new(), Vec::new(), Vec::new());
         for (sample, values) in self.samples.iter().zip(&state.own) {
             let shared = sample.gather(&state.shared);
@@ -101,10 +102,11 @@ impl Problem {
             let batches: Vec<Batch> = values.par_chunks(size).enumerate().map(add_up).collect();
             let (mut sums, mut eliminated) = (Vec::new(), Vec::new());
             for batch in batches {
-                for (total, own) in [(&mut whole, &batch.whole), (&mut products, &batch.reduced)] {
-                    for (i, j) in (0..width).flat_map(|j| (0..=j).map(move |i| (i, j))) {
+                for j in 0..width {
+                    slopes[place(j)] += batch.squares[j];
+                    for i in 0..=j {
                         let (a, b) = (place(i).min(place(j)), place(i).max(place(j)));
-                        total[(a, b)] += own[(i, j)];
+                        products[(a, b)] += batch.reduced[(i, j)];
                     }
                 }
                 sums.extend(batch.shots);
@@ -114,7 +116,6 @@ impl Problem {
             all_kept.push(kept.into_iter().map(place).collect());
             own.push(eliminated.into_iter().collect::<Option<Vec<Eliminated>>>());
         }
-        let slopes = whole.diagonal();
         let mut squares = slopes[last];
         let mut cost = all.iter().flatten().map(|shot: &ShotSums| shot.cost).sum::<f64>();
         for (i, (unknown, x)) in self.unknowns.iter().zip(&state.shared.0).enumerate() {

@@ -105,12 +105,8 @@ impl Solution {
         }
         // without a level that the unknowns take up, the slope stands alone
         let is_own = level > OWN_PART * matrix[(0, 0)];
-        let (information, along) = if is_own {
-            let factor = left[(0, 1)] / level;
-            (rise - factor * left[(0, 1)], gradient[1] - factor * gradient[0])
-        } else {
-            (rise, gradient[1])
-        };
+        let factor = if is_own { left[(0, 1)] / level } else { 0.0 };
+        let (information, along) = (rise - factor * left[(0, 1)], gradient[1] - factor * gradient[0]);
         let level = is_own.then(|| gradient[0] * gradient[0] / level);
         if !(information > OWN_PART * matrix[(1, 1)]) {
             return None;

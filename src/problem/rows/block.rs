@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::prediction::{Approach, Deviations, Residuals, input_error};
-use super::shot::{INPUTS, RowShot};
+use super::shot::{INPUTS, Row, RowShot};
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
 use crate::problem::film::dual::gradient;
@@ -96,9 +96,9 @@ impl RowsBlock {
         Arc::make_mut(&mut self.shots).par_iter_mut().zip(own).for_each(offset);
     }
 
-    /// Returns the standard deviation of a number with a noise or, without one, a stated error.
-    fn sd(&self, noise: Option<usize>, stated: Option<f64>) -> f64 {
-        noise.map_or(stated.unwrap_or(0.0), |noise| self.noises[noise].sd)
+    /// Returns the standard deviation of a number.
+    fn sd(&self, row: &Row) -> f64 {
+        row.noise.map_or(row.number.measured.sd.unwrap_or(0.0), |noise| self.noises[noise].sd)
     }
 
     /// Returns the residuals of shot `i`, independent of each other and in units of their errors;
@@ -107,11 +107,10 @@ impl RowsBlock {
         let shot = &self.shots[i];
         let mut residuals = shot.differences(own, shared, &self.contact).ok()?;
         for (residual, row) in residuals.rows.iter_mut().zip(&shot.rows) {
-            *residual /= self.sd(row.noise, row.number.measured.sd);
+            *residual /= self.sd(row);
         }
-        let inputs = shot.noisy_inputs();
-        let inputs = inputs.map(|(place, noise)| input_error(own, place) / self.noises[noise].sd);
-        residuals.rows.extend(inputs);
+        let noisy = shot.inputs.iter().enumerate().filter(|(_, input)| input.noise.is_some());
+        residuals.rows.extend(noisy.map(|(place, input)| input_error(own, place) / self.sd(input)));
         Some(residuals)
     }
 
@@ -146,12 +145,12 @@ impl RowsBlock {
         let shot = &self.shots[i];
         let Residuals { rows, approach, .. } =
             shot.differences(&Own::zeros(MOVING), shared, &self.contact).ok()?;
-        let sds = shot.inputs.map(|input| self.sd(input.noise, input.measured.sd));
+        let sds = shot.inputs.map(|input| self.sd(&input));
         let by: Vec<_> = rows.iter().map(gradient).collect();
         let inputs = DMatrix::from_fn(rows.len(), INPUTS, |row, place| sds[place] * by[row][place]);
         let mut covariance = &inputs * inputs.transpose();
         for (i, row) in shot.rows.iter().enumerate() {
-            covariance[(i, i)] += self.sd(row.noise, row.number.measured.sd).powi(2);
+            covariance[(i, i)] += self.sd(row).powi(2);
         }
         let Approach { cut, speed, cue, cos, sin } = approach;
         let (cut, speed, spin) = (cut.re, speed.re, cue.spin);

@@ -129,9 +129,10 @@ impl RowShot {
         collide: impl Fn(&Side) -> Result<Parting, NotACollision>,
     ) -> Result<(Approach, Parting), NotACollision> {
         let input = |place: usize| {
-            let input = &self.inputs[place];
-            let exact = constant(input.measured.value);
-            if input.is_exact() { exact } else { exact + input_error(own, place) }
+            let Row { number: Measurement { measured, .. }, noise } = self.inputs[place];
+            let exact = constant(measured.value);
+            let is_exact = noise.is_none() && measured.sd.unwrap_or(0.0) == 0.0;
+            if is_exact { exact } else { exact + input_error(own, place) }
         };
         let mut inputs: [Dual; INPUTS] = std::array::from_fn(input);
         if let Some(observable) = self.speed_after {

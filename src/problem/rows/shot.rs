@@ -29,39 +29,15 @@ const SPEEDS: [Observable; 4] = [
     Observable::CueSpeedRolling,
 ];
 
-/// A number after the impact.
+/// A number before or after the impact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
+    /// The number; one that is exact has the error 0. Of one before the impact the observable has
+    /// its unit.
     pub(crate) number: Measurement,
-    /// Index of its noise among those of the block; `None` if its error is stated.
+    /// Index of its noise among those of the block; `None` if its error is stated, or no number after
+    /// the impact has the unit of one before it.
     pub(crate) noise: Option<usize>,
-}
-
-/// A number before the impact.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Input {
-    pub(super) measured: Measured,
-    /// The unit if the error is not stated.
-    pub(super) unit: Option<&'static str>,
-    /// Index of the noise of the numbers after the impact in this unit, which it has, too.
-    pub(super) noise: Option<usize>,
-}
-
-impl Input {
-    fn exact(value: f64) -> Self {
-        Self { measured: Measured { value, sd: None }, unit: None, noise: None }
-    }
-
-    /// Returns a number that is measured in the unit of an observable.
-    fn like(observable: Observable, measured: Measured) -> Self {
-        let unit = measured.sd.is_none().then(|| observable.unit());
-        Self { measured, unit, noise: None }
-    }
-
-    /// Returns whether it has no error.
-    pub(super) fn is_exact(&self) -> bool {
-        self.measured.sd.is_none() && self.noise.is_none()
-    }
 }
 
 /// A shot of a table. Its own unknowns are the errors of its inputs, SI and radians.
@@ -70,7 +46,7 @@ pub(crate) struct RowShot {
     /// Whether it is of angles, in the collision frame.
     pub(super) is_cut: bool,
     /// Numbers before the impact, in the order of the own unknowns.
-    pub(super) inputs: [Input; INPUTS],
+    pub(super) inputs: [Row; INPUTS],
     /// Whether the speed before the impact is measured or follows from a speed afterwards.
     pub(crate) knows_speed: bool,
     /// The speed afterwards from which an unknown one before follows.
@@ -98,7 +74,7 @@ impl RowShot {
         let speed = if is_measured { None } else { take_speed(shot, &mut rows, needs_speed)? };
         let inputs = read_inputs(shot, speed.map(|speed| speed.measured))?;
         let row = |number: Measurement| Row { number, noise: number.measured.sd.is_none().then_some(0) };
-        let [first, x, y, ..] = inputs.map(|input| input.measured.value);
+        let [first, x, y, ..] = inputs.map(|input| input.number.measured.value);
         let cut = if is_cut { first } else { y.atan2(x) - first };
         Ok(Self {
             is_cut,
@@ -117,24 +93,19 @@ impl RowShot {
     /// Returns what is known of each own unknown, with its place; those that count as numbers with
     /// a noise are not among them.
     pub(crate) fn priors(&self) -> impl Iterator<Item = (usize, OwnPrior)> {
-        (0..MOVING).filter_map(|place| match self.inputs.get(place) {
-            Some(Input { noise: Some(_), .. }) => None,
-            Some(Input { measured: Measured { sd: Some(sd), .. }, .. }) => {
-                Some((place, OwnPrior::Stated(Normal { mean: 0.0, sd: *sd })))
-            }
-            _ => Some((place, OwnPrior::Held)),
-        })
-    }
-
-    /// Returns the inputs that count as numbers, with the indices of their noises.
-    pub(super) fn noisy_inputs(&self) -> impl Iterator<Item = (usize, usize)> {
-        self.inputs.iter().enumerate().filter_map(|(place, input)| Some((place, input.noise?)))
+        let prior = |place: usize| {
+            let sd = self.inputs.get(place).and_then(|input| input.number.measured.sd);
+            let stated = |sd: f64| OwnPrior::Stated(Normal { mean: 0.0, sd });
+            (place, sd.filter(|sd| *sd > 0.0).map_or(OwnPrior::Held, stated))
+        };
+        let counts = |place: &usize| self.inputs.get(*place).is_some_and(|input| input.noise.is_some());
+        (0..MOVING).filter(move |place| !counts(place)).map(prior)
     }
 
     /// Returns the index of the noise of each number, then of each input that counts as a number.
     pub(super) fn noises(&self) -> impl Iterator<Item = Option<usize>> {
-        let inputs = self.noisy_inputs().map(|(_, noise)| Some(noise));
-        self.rows.iter().map(|row| row.noise).chain(inputs)
+        let inputs = self.inputs.iter().filter(|input| input.noise.is_some());
+        self.rows.iter().chain(inputs).map(|row| row.noise)
     }
 }
 
@@ -159,10 +130,12 @@ fn take_speed(
 }
 
 /// Returns the inputs of a shot.
-fn read_inputs(shot: &Shot, speed_after: Option<Measured>) -> Result<[Input; INPUTS], Unpredictable> {
-    let angle = |measured| Input::like(Observable::Throw, measured);
-    let speed = |measured| Input::like(Observable::CueSpeed, measured);
-    let turning = |measured| Input::like(Observable::CueSpin(Axis::X), measured);
+fn read_inputs(shot: &Shot, speed_after: Option<Measured>) -> Result<[Row; INPUTS], Unpredictable> {
+    let input = |observable, measured| Row { number: Measurement { observable, measured }, noise: None };
+    let angle = |measured| input(Observable::Throw, measured);
+    let speed = |measured| input(Observable::CueSpeed, measured);
+    let turning = |measured| input(Observable::CueSpin(Axis::X), measured);
+    let exact = |value| speed(Measured::new(value, 0.0));
     let [first, second, third] = match shot.before {
         Before::Impact { normal: [x, y], velocity } => {
             // a unit vector errs across itself: dα² = dn_x² + dn_y²
@@ -171,8 +144,8 @@ fn read_inputs(shot: &Shot, speed_after: Option<Measured>) -> Result<[Input; INP
             [angle(Measured { value: y.value.atan2(x.value), sd }), v_x, v_y]
         }
         Before::Angle { cut, speed: before } => {
-            let before = before.or(speed_after).map_or(Input::exact(1.0), speed);
-            [angle(cut), before, Input::exact(0.0)]
+            let before = before.or(speed_after).map_or(exact(1.0), speed);
+            [angle(cut), before, exact(0.0)]
         }
     };
     let [w_x, w_y, w_z] = match shot.spin {
@@ -180,7 +153,7 @@ fn read_inputs(shot: &Shot, speed_after: Option<Measured>) -> Result<[Input; INP
         Spin::Measured { spin, sd } => {
             [0, 1, 2].map(|axis| turning(Measured { value: spin[axis], sd: sd[axis] }))
         }
-        Spin::Stun | Spin::NaturalRoll => [Input::exact(0.0); 3],
+        Spin::Stun | Spin::NaturalRoll => [exact(0.0); 3],
     };
     Ok([first, second, third, w_x, w_y, w_z])
 }

@@ -101,7 +101,7 @@ pub(crate) fn split_noise(problem: &mut Problem, at: &Evaluation) -> bool {
     // how far inputs err is not tested
     for input in Arc::make_mut(&mut of_split.shots).iter_mut().flat_map(|shot| &mut shot.inputs) {
         let estimated = input.noise.take().map(|noise| of_split.noises[noise].sd);
-        input.measured.sd = estimated.or(input.measured.sd);
+        input.number.measured.sd = estimated.or(input.number.measured.sd);
     }
     let at = split.evaluate(at.state.clone());
     let Some(estimates) = Estimates::new(&split, &at) else { return false };
@@ -201,7 +201,8 @@ impl RowsBlock {
             alike.min_by(|a, b| noises[*a].sd.total_cmp(&noises[*b].sd))
         };
         for input in Arc::make_mut(shots).iter_mut().flat_map(|shot| &mut shot.inputs) {
-            input.noise = input.unit.and_then(least);
+            let Measurement { observable, measured } = input.number;
+            input.noise = if measured.sd.is_none() { least(observable.unit()) } else { None };
         }
     }
 }
