@@ -6,14 +6,13 @@ use nalgebra::DMatrix;
 use statrs::distribution::{ContinuousCDF, Normal as Gauss, StudentsT};
 
 use super::evaluation::Evaluation;
-use super::identifiability::worst_direction;
 use super::minimise::descend;
 use super::policy::{COMPARED_STEPS, STALL};
 use super::problem::{Problem, State};
 use super::profile::{DIFFERENT, EDGE};
 use super::rows::table::TableNoise;
 use super::solution::Solution;
-use super::uncertainty::Estimates;
+use super::uncertainty::{Estimates, worst_direction};
 use super::unknowns::{Id, Mode};
 use crate::measurement::parameter::{Parameter, Setting, Settings};
 use crate::name::{by_name, worded};

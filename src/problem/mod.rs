@@ -16,12 +16,11 @@
 //! | `discs`, `film`, `rows`, `frames` | measurements: forward models and derivatives |
 //! | `problem`, `minimise`, `noise` | blocks of measurements, normal equations, descents and their starts, noise |
 //! | `effects` | compliance, weight and cloth, adopted if they make the data likelier |
-//! | `uncertainty` | errors, scores, conflicts |
+//! | `uncertainty` | errors, scores, conflicts, combinations |
 //! | `solution` | a minimum, and what is known there: estimates, budget, influence |
 //! | `findings`, `policy`, `run` | findings, statistical choices, the fit from beginning to end |
-//! | `copies` | clips that are there twice |
+//! | `false_shots` | shots that fit no collision, clips that are there twice |
 
-mod copies;
 mod discs;
 mod effects;
 mod eliminated;
@@ -30,7 +29,6 @@ mod false_shots;
 mod film;
 mod findings;
 mod frames;
-mod identifiability;
 mod intervals;
 mod loss;
 mod minimise;
@@ -47,11 +45,11 @@ mod sums;
 mod uncertainty;
 mod unknowns;
 
-pub(crate) use copies::find_copies;
 pub use discs::impact::DiscImpact;
 pub(crate) use discs::law::{DiscFit, fit_discs};
 pub(crate) use discs::measure::measure_discs;
 pub(crate) use discs::own::Component;
+pub(crate) use false_shots::find_copies;
 pub(crate) use film::camera::Camera;
 pub use film::film_data::FilmError;
 pub(crate) use film::film_data::OTHER_UNIT;
@@ -61,14 +59,13 @@ pub(crate) use film::shots::Impact;
 #[cfg(feature = "report")]
 pub(crate) use film::shots::{OwnEstimate, ShownPaths};
 pub(crate) use findings::{Finding, Severity};
-pub(crate) use identifiability::{Combination, worst_direction};
 pub(crate) use intervals::{FitEnd, MANY_SHOTS, MISLEADING};
 pub use intervals::{ParameterEstimate, Status};
 pub(crate) use offsets::{ShiftScore, Slope};
 pub(crate) use policy::{Choices, POLICY};
-pub(crate) use rows::prediction::Deviations;
-pub use rows::prediction::{Prediction, predict};
+pub use rows::block::{Prediction, predict};
 pub(crate) use rows::run::{fit_rows, refutes};
+pub(crate) use rows::shot::Deviations;
 pub use rows::shot::RowsError;
 #[cfg(feature = "io")]
 pub use rows::shot::Unpredictable;
@@ -85,7 +82,7 @@ pub(crate) use {
     film::own,
     minimise::{Descent, MUS, descend, descend_with_noise},
     problem::{Block, Problem, Record, Sample, State},
-    uncertainty::{Estimates, robust_covariance},
+    uncertainty::{Combination, Estimates, robust_covariance, worst_direction},
     unknowns::{Mode, Own, Shared, Unknown},
 };
 

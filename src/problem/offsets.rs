@@ -8,7 +8,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::eliminated::Offsets;
 use super::film::shots::VELOCITIES;
-use super::rows::prediction::Deviations;
+use super::rows::shot::Deviations;
 use super::solution::Solution;
 use super::uncertainty::OWN_PART;
 use super::unknowns::Id;

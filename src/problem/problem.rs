@@ -114,13 +114,16 @@ impl Block {
     /// Takes shots instead of all; one may be taken several times.
     pub fn take(&mut self, indices: &[usize]) {
         match self {
-            Self::Film(film) => {
-                film.shots = Arc::new(indices.iter().map(|i| film.shots[*i].clone()).collect());
-            }
+            Self::Film(film) => film.shots = pick(&film.shots, indices),
             Self::Discs(discs) => discs.take(indices),
-            Self::Rows(rows) => rows.take(indices),
+            Self::Rows(rows) => rows.shots = pick(&rows.shots, indices),
         }
     }
+}
+
+/// Returns some of all items; one may be picked several times.
+fn pick<T: Clone>(all: &[T], indices: &[usize]) -> Arc<Vec<T>> {
+    Arc::new(indices.iter().map(|i| all[*i].clone()).collect())
 }
 
 /// Data whose shots share unknowns.
@@ -200,7 +203,7 @@ impl Sample {
 
     /// Takes shots instead of all; one may be taken several times.
     pub(crate) fn take(&mut self, indices: &[usize]) {
-        self.names = Arc::new(indices.iter().map(|i| self.names[*i].clone()).collect());
+        self.names = pick(&self.names, indices);
         self.block.take(indices);
     }
 }

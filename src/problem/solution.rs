@@ -162,6 +162,12 @@ impl Solution {
         self.record.middle.map(|x| x * self.record.unit)
     }
 
+    /// Returns whether the data depend on an unknown of the only sample, if that was free.
+    pub(crate) fn is_informed(&self, id: Id) -> bool {
+        let is_free = self.problem.unknown(id).mode == Mode::Free;
+        is_free && self.at.slopes_by(id as usize)
+    }
+
     /// Returns the value of an unknown of the first sample, free or held.
     pub fn value(&self, id: Id) -> f64 {
         self.at.state.shared[id]

@@ -3,7 +3,6 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::loss::ShotLoss;
-use super::unknowns::Normal;
 use crate::numerics::EXACT;
 
 /// Errors of measured numbers: each keeps the part `rho` of the error of the number before it.
@@ -80,8 +79,8 @@ impl Spread {
 pub(crate) enum OwnPrior {
     /// It keeps its value.
     Held,
-    /// It is stated with an error.
-    Stated(Normal),
+    /// It is 0 with this standard deviation.
+    Stated(f64),
     /// It differs from shot to shot by the spread of this index, which is estimated.
     Spread(usize),
 }
@@ -133,7 +132,7 @@ pub(crate) struct Part {
 }
 
 /// The sums of a shot without their derivatives.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub(crate) struct ShotSums {
     /// χ² with the losses of frames and shots; infinite if the unknowns describe no collision.
     pub(crate) cost: f64,
@@ -176,15 +175,8 @@ impl Contribution {
     /// some noises of its block.
     pub fn empty(own: usize, shared: usize, noises: usize) -> Self {
         let size = own + shared + 1;
-        let sums = ShotSums {
-            cost: 0.0,
-            noises: vec![NoiseSums::default(); noises],
-            sticks: false,
-            held: vec![false; own],
-            known: vec![0.0; own],
-            scattered: Vec::new(),
-            part: None,
-        };
+        let (noises, held, known) = (vec![NoiseSums::default(); noises], vec![false; own], vec![0.0; own]);
+        let sums = ShotSums { noises, held, known, ..ShotSums::default() };
         Self { products: DMatrix::zeros(size, size), sums }
     }
 
@@ -228,25 +220,23 @@ impl Contribution {
         by[place] = 1.0;
         match prior {
             OwnPrior::Held => self.sums.held[place] = true,
-            OwnPrior::Stated(normal) => self.add_stated((place, normal), value, &by),
+            OwnPrior::Stated(sd) => self.add_stated((place, sd), value, &by),
             OwnPrior::Spread(spread) => {
                 self.add_scattered(Scattered { spread, place, value, by }, spreads);
             }
         }
     }
 
-    /// Adds what is stated of an own unknown, of which a number with these derivatives is a
-    /// measurement.
-    pub(crate) fn add_stated(&mut self, (place, normal): (usize, Normal), value: f64, by: &DVector<f64>) {
-        self.sums.known[place] = normal.sd.powi(-2);
-        self.add_number(normal.pull(value), (by / normal.sd).as_slice());
+    /// Adds what is known of an own unknown with an error, of which a number with these derivatives
+    /// is a measurement.
+    pub(crate) fn add_stated(&mut self, (place, sd): (usize, f64), value: f64, by: &DVector<f64>) {
+        self.sums.known[place] = sd.powi(-2);
+        self.add_number(value / sd, (by / sd).as_slice());
     }
 
     /// Adds a number that scatters.
     pub(crate) fn add_scattered(&mut self, number: Scattered, spreads: &[Spread]) {
-        let sd = spreads[number.spread].sd;
-        self.sums.known[number.place] = sd.powi(-2);
-        self.add_number(number.value / sd, (&number.by / sd).as_slice());
+        self.add_stated((number.place, spreads[number.spread].sd), number.value, &number.by);
         self.sums.scattered.push(number);
     }
 

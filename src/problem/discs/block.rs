@@ -12,7 +12,7 @@ use crate::problem::film::camera::{Camera, Point};
 use crate::problem::film::dual::{constant, gradient};
 use crate::problem::frames::{Frame, Sight, add_track, rows, whiten};
 use crate::problem::sums::{Contribution, Noise, OwnPrior, Scattered, Spread};
-use crate::problem::unknowns::{CAMERA, Normal, Own, PHYSICS, SHARED, Shared};
+use crate::problem::unknowns::{CAMERA, Own, PHYSICS, SHARED, Shared};
 
 /// Prior standard deviation of an unknown offset, over the normal impulse or the closing speed, and
 /// of an unknown distance of the centres, m.
@@ -178,15 +178,15 @@ impl DiscBlock {
     /// Returns what is known of own unknowns of shot `i`.
     pub(crate) fn own_priors(&self, i: usize) -> Vec<(usize, OwnPrior)> {
         let shot = &self.shots[i];
-        let stated = |sd: f64| OwnPrior::Stated(Normal { mean: 0.0, sd });
-        let mut all = vec![(own::LEAD, stated(shot.fps.recip()))];
+        let mut all = vec![(own::LEAD, OwnPrior::Stated(shot.fps.recip()))];
         for (which, Component { places, .. }) in Component::ALL.iter().enumerate() {
             let prior = match places.start {
                 // the law has it
                 own::RESTITUTION if self.has_law => continue,
                 own::RATIO if self.shows_friction(i) => continue,
-                own::DISTANCE if shot.flat.is_some() => stated(ANY_DISTANCE),
-                own::RESTITUTION..own::SLOWING if !self.has_law || places.start == own::RATIO => stated(ANY),
+                own::DISTANCE if shot.flat.is_some() => OwnPrior::Stated(ANY_DISTANCE),
+                own::RATIO => OwnPrior::Stated(ANY),
+                own::RESTITUTION..own::SLOWING if !self.has_law => OwnPrior::Stated(ANY),
                 _ => OwnPrior::Spread(which),
             };
             all.extend(places.clone().map(|place| (place, prior)));

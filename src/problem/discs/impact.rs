@@ -13,7 +13,7 @@ use crate::measurement::dataset::Measured;
 use crate::measurement::number::with_error;
 use crate::numerics::median;
 use crate::physics::disc::Discs;
-use crate::problem::copies::find_copies;
+use crate::problem::false_shots::find_copies;
 use crate::problem::film::camera::Point;
 use crate::problem::frames::PicturePaths;
 use crate::problem::policy::POLICY;

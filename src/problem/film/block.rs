@@ -173,9 +173,9 @@ impl ShotAt<'_> {
                     let value = own[place] - shared[mean];
                     sums.add_scattered(Scattered { spread, place, value, by }, &film.spreads);
                 }
-                (OwnPrior::Stated(normal), _) => {
+                (OwnPrior::Stated(sd), _) => {
                     let value = own[place] - through.shift(shared, &mut by);
-                    sums.add_stated((place, normal), value, &by);
+                    sums.add_stated((place, sd), value, &by);
                 }
                 (prior, _) => sums.add_prior((place, prior), own[place], &film.spreads),
             }

@@ -119,7 +119,8 @@ fn rough(spots: &[Vec<Spot>], view: View) -> Option<Vec3> {
 
 /// Number of unknowns that all markers of a ball share: its angular velocity at the impact, the
 /// time derivatives of ω_x and ω_y, and how much larger it seems than its radius makes it, which is
-/// as uncertain as a scale. The place of each marker follows.
+/// as uncertain as a scale. Distances of each marker from its approximate place along two directions
+/// follow.
 const SHARED: usize = 6;
 
 /// Fits the angular velocity at the impact, and its constant change with time about horizontal
@@ -199,10 +200,19 @@ fn by_camera(markers: &[Placed], x: &DVector<f64>, view: View) -> DMatrix<f64> {
 
 /// Returns where each marker is on its ball in each of its frames, times how large the ball seems.
 fn follow<'a>(markers: &'a [Placed], x: &DVector<f64>) -> Vec<(&'a Spot, Vec3)> {
-    let follow = |(i, marker): (usize, &'a Placed)| {
-        marker.follow(x, [SHARED, SHARED + 1].map(|place| x[place + 2 * i]))
-    };
-    markers.iter().enumerate().flat_map(follow).collect()
+    let (spin, change) = (Vec3::new(x[0], x[1], x[2]), Vec3::new(x[3], x[4], 0.0));
+    let mut all = Vec::new();
+    for (i, marker) in markers.iter().enumerate() {
+        let off = Vec3::new(x[SHARED + 2 * i], x[SHARED + 2 * i + 1], 1.0);
+        let (mut place, mut now) = (marker.base * off.normalize(), 0.0);
+        for spot in &marker.spots {
+            let turn = (spin + change * (0.5 * (now + spot.time))) * (spot.time - now);
+            place = Rotation3::new(turn) * place;
+            now = spot.time;
+            all.push((spot, place * (1.0 + x[SHARED - 1])));
+        }
+    }
+    all
 }
 
 /// A marker in the fit: its frames in the order of their distance from the impact.
@@ -220,22 +230,6 @@ impl Placed {
         let (time, place) = spots.iter().find_map(|spot| Some((spot.time, view.lifted(spot)?)))?;
         let base = Rotation3::rotation_between(&Vec3::z(), &(Rotation3::new(spin * -time) * place))?;
         Some(Self { spots, base })
-    }
-
-    /// Returns where the marker is in all frames, for ω and its change with time, and its distances
-    /// from its approximate place along two directions.
-    fn follow<'a>(&'a self, shared: &DVector<f64>, [first, second]: [f64; 2]) -> Vec<(&'a Spot, Vec3)> {
-        let spin = Vec3::new(shared[0], shared[1], shared[2]);
-        let change = Vec3::new(shared[3], shared[4], 0.0);
-        let mut place = self.base * Vec3::new(first, second, 1.0).normalize();
-        let mut now = 0.0;
-        let turned = |spot: &'a Spot| {
-            let time = spot.time;
-            place = Rotation3::new((spin + change * (0.5 * (now + time))) * (time - now)) * place;
-            now = time;
-            (spot, place * (1.0 + shared[SHARED - 1]))
-        };
-        self.spots.iter().map(turned).collect()
     }
 }
 

@@ -15,7 +15,7 @@ use crate::measurement::spin::Spin;
 use crate::numerics::{EXACT, SIGNIFICANT};
 use crate::physics::ball::Vec3;
 use crate::problem::sums::{OwnPrior, Spread};
-use crate::problem::unknowns::{CAMERA, Id, Normal, Own, PHYSICS, Shared};
+use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, Shared};
 
 /// Bounds of the topspin of a ball that slides, over natural roll. Its surface is never faster than
 /// three times its centre after a cue stroke without a miscue (offset of half a radius: 1.25).
@@ -170,11 +170,7 @@ impl ShotSpin {
         let is_open = error > 0.0 && slip < ROLL_SD * speed + SIGNIFICANT * error;
         let prior = |axis: Vec3| {
             let sd = axis.dot(&(covariance * axis)).sqrt() * radius / speed;
-            if sd > 0.0 && sd.is_finite() {
-                OwnPrior::Stated(Normal { mean: 0.0, sd })
-            } else {
-                OwnPrior::Held
-            }
+            if sd > 0.0 && sd.is_finite() { OwnPrior::Stated(sd) } else { OwnPrior::Held }
         };
         Self {
             rolls: slip < ROLL_SD * speed,

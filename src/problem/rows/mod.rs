@@ -5,7 +5,6 @@
 //! Measurement Error Models, 1987, § 3.2).
 
 pub(crate) mod block;
-pub(crate) mod prediction;
 pub(crate) mod run;
 pub(crate) mod shot;
 pub(crate) mod table;

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use nalgebra::{DMatrix, DVector};
+
 use crate::measurement::dataset::{Before, Dataset, Measured, Measurement, Shot};
 use crate::measurement::number::count_of;
 use crate::measurement::observable::{Axis, Observable};
@@ -10,7 +12,7 @@ use crate::physics::collision::NotACollision;
 use crate::problem::film::impact::Correction;
 use crate::problem::film::own::MOVING;
 use crate::problem::sums::OwnPrior;
-use crate::problem::unknowns::{Id, Normal};
+use crate::problem::unknowns::Id;
 
 /// Number of inputs of a shot, whose errors are its first own unknowns; the others are held. Of a
 /// measured impact they are the direction of the line of centres (rad), v_x, v_y, ω_x, ω_y and ω_z
@@ -95,8 +97,7 @@ impl RowShot {
     pub(crate) fn priors(&self) -> impl Iterator<Item = (usize, OwnPrior)> {
         let prior = |place: usize| {
             let sd = self.inputs.get(place).and_then(|input| input.number.measured.sd);
-            let stated = |sd: f64| OwnPrior::Stated(Normal { mean: 0.0, sd });
-            (place, sd.filter(|sd| *sd > 0.0).map_or(OwnPrior::Held, stated))
+            (place, sd.filter(|sd| *sd > 0.0).map_or(OwnPrior::Held, OwnPrior::Stated))
         };
         let counts = |place: &usize| self.inputs.get(*place).is_some_and(|input| input.noise.is_some());
         (0..MOVING).filter(move |place| !counts(place)).map(prior)
@@ -156,6 +157,29 @@ fn read_inputs(shot: &Shot, speed_after: Option<Measured>) -> Result<[Row; INPUT
         Spin::Stun | Spin::NaturalRoll => [exact(0.0); 3],
     };
     Ok([first, second, third, w_x, w_y, w_z])
+}
+
+/// Numbers of one shot less their prediction from its measured inputs.
+pub(crate) struct Deviations {
+    pub(crate) observables: Vec<Observable>,
+    /// Measured numbers, SI and radians.
+    pub(crate) measured: Vec<f64>,
+    /// Measured less predicted.
+    pub(crate) values: DVector<f64>,
+    /// Covariance of `values`, errors of the inputs included.
+    pub(crate) covariance: DMatrix<f64>,
+    /// Derivatives of the prediction by the unknowns, of a table those that move the balls, in the
+    /// order of [`Id`].
+    pub(crate) by: DMatrix<f64>,
+    /// Direction of the line of centres: cosine and sine.
+    pub(crate) normal: [f64; 2],
+    /// Cut angle, rad.
+    pub(crate) cut: f64,
+    /// Speed of the cue ball before the impact, m/s; `None` if it is not known.
+    pub(crate) speed: Option<f64>,
+    /// Topspin and side spin of the cue ball before the impact over those of natural roll; NaN if
+    /// not known.
+    pub(crate) spins: [f64; 2],
 }
 
 /// Why a table cannot be fitted.

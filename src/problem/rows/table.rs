@@ -77,10 +77,10 @@ pub(crate) fn prepare_table(dataset: &Dataset, choices: &Choices) -> Result<Prep
     let start = State { own: vec![vec![Own::zeros(MOVING); names.len()]], shared: usual };
     let mut problem = Problem::of_one(Block::Rows(block), names, unknowns);
     let at = problem.evaluate(start.clone());
-    let is_informed = |id: &Id| at.slopes_by(*id as usize);
-    let free = problem.unknowns.iter().filter(|unknown| unknown.mode == Mode::Free);
-    let without_prior = free.filter(|unknown| unknown.prior.is_none()).map(|unknown| unknown.id);
-    let unknowns: Vec<Id> = without_prior.filter(is_informed).collect();
+    let is_determined = |unknown: &&Unknown| {
+        unknown.mode == Mode::Free && unknown.prior.is_none() && at.slopes_by(unknown.id as usize)
+    };
+    let unknowns: Vec<Id> = problem.unknowns.iter().filter(is_determined).map(|of| of.id).collect();
     let numbers = problem.rows().map_or(0, RowsBlock::count_numbers);
     if numbers < unknowns.len() {
         return Err(RowsError::TooFewNumbers { numbers, unknowns });
