@@ -34,8 +34,8 @@ const SPEEDS: [Observable; 4] = [
 /// A number before or after the impact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
-    /// The number; one that is exact has the error 0. Of one before the impact the observable has
-    /// its unit.
+    /// The number, with the error 0 if it is exact. Before the impact only the unit of its observable
+    /// counts.
     pub(crate) number: Measurement,
     /// Index of its noise among those of the block; `None` if its error is stated, or no number after
     /// the impact has the unit of one before it.
@@ -99,8 +99,8 @@ impl RowShot {
             let sd = self.inputs.get(place).and_then(|input| input.number.measured.sd);
             (place, sd.filter(|sd| *sd > 0.0).map_or(OwnPrior::Held, OwnPrior::Stated))
         };
-        let counts = |place: &usize| self.inputs.get(*place).is_some_and(|input| input.noise.is_some());
-        (0..MOVING).filter(move |place| !counts(place)).map(prior)
+        let is_number = |place: &usize| self.inputs.get(*place).is_some_and(|input| input.noise.is_some());
+        (0..MOVING).filter(move |place| !is_number(place)).map(prior)
     }
 
     /// Returns the index of the noise of each number, then of each input that counts as a number.
