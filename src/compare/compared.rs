@@ -1,5 +1,6 @@
 //! One quantity of a comparison: estimates, pairs, and "same" against "different".
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use minijinja::context;
@@ -13,10 +14,10 @@ use super::result::{
 };
 use super::{CompareError, refuse};
 use crate::fit::deviations::{holm, residuals};
-use crate::fit::film_words::{Remark, note, words_of};
+use crate::fit::film_words::{Remark, doubt, note, words_of};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
-use crate::problem::Severity::{Doubtful, Unusable};
+use crate::problem::Severity::Unusable;
 use crate::problem::{self, Block, Estimates, Evaluation, Id, Mode, POLICY, Problem, refutes};
 
 impl Joint<'_> {
@@ -46,7 +47,7 @@ impl Joint<'_> {
         remarks.extend(quantities.iter().flat_map(find_doubts));
         let limit = Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity));
         remarks.sort_by_key(|remark| std::cmp::Reverse(remark.severity));
-        let (mut losses, mut weights) = (Vec::new(), Vec::new());
+        let (mut losses, mut weights) = (BTreeSet::new(), Vec::new());
         for (number, alone) in self.samples.fitted.iter().enumerate() {
             let solution = self.solution.of_sample(number);
             let summary = &mut self.samples.summaries[alone.sample];
@@ -54,13 +55,11 @@ impl Joint<'_> {
                 let sample = summary.title.clone();
                 weights.extend((weight < 1.0).then_some(SampleWeight { sample, shot, weight }));
             }
-            losses.push(options.loss.unwrap_or(alone.dataset.loss));
+            losses.insert(options.loss.unwrap_or(alone.dataset.loss).name());
             summary.residuals = residuals(solution.names(), &solution.deviations());
         }
         weights.sort_by(|a, b| a.weight.total_cmp(&b.weight));
-        let robust = Loss::ALL.into_iter().filter(|loss| *loss != Loss::Squares && losses.contains(loss));
-        let mut losses: Vec<&'static str> = robust.map(Loss::name).collect();
-        losses.sort_unstable();
+        losses.remove(Loss::Squares.name());
         let mut comparison = Comparison {
             told_by: self.samples.told_by.clone(),
             fidelity: options.fidelity,
@@ -86,7 +85,7 @@ impl Joint<'_> {
         let id = quantity.id();
         let unknown = &self.solution.problem.unknowns[self.solution.column(sample, id)];
         let is_adopted = unknown.mode == Mode::Free || id == Id::Kappa && unknown.start != 0.0;
-        let settings = &self.samples.fitted[sample].settings;
+        let settings = &self.samples.fitted[sample].dataset.settings;
         // discs do not press on a cloth
         let is_open =
             id != Id::MuS || !matches!(self.solution.problem.samples[sample].block, Block::Discs(_));
@@ -132,7 +131,7 @@ impl Joint<'_> {
         }
         let differences = estimates.filter(|_| is_separate);
         Compared {
-            quantity,
+            parameter: quantity,
             meaning: quantity.meaning(),
             shared: !is_separate,
             estimates: shown.into_iter().map(|label| self.value(label, quantity, estimates)).collect(),
@@ -160,7 +159,7 @@ impl Joint<'_> {
             return Err("left-out/absent");
         }
         let Some(column) = self.column(label, id) else {
-            let settings = |sample: usize| &self.samples.fitted[sample].settings;
+            let settings = |sample: usize| &self.samples.fitted[sample].dataset.settings;
             let is_held = match quantity {
                 Quantity::Parameter(Parameter::Kappa) => true,
                 Quantity::Parameter(parameter) => own.all(|sample| settings(sample)[parameter].fixed),
@@ -305,15 +304,14 @@ impl Joint<'_> {
 
 /// Returns a shared quantity that the data contradict as doubtful fits do, and estimates at a
 /// bound.
-fn find_doubts(Compared { quantity, shared, estimates, same_or_different, .. }: &Compared) -> Vec<Remark> {
-    let (quantity, level) = (quantity.name(), 2.0 * Normal::standard().sf(POLICY.conflict));
+fn find_doubts(Compared { parameter, shared, estimates, same_or_different, .. }: &Compared) -> Vec<Remark> {
+    let (quantity, level) = (parameter.name(), 2.0 * Normal::standard().sf(POLICY.conflict));
     let p_value = same_or_different.map(|test| test.p_value).filter(|p_value| *shared && *p_value < level);
-    let not_shared =
-        p_value.map(|p_value| Remark::new(Doubtful, "not-shared", context! { quantity, p_value }));
+    let not_shared = p_value.map(|p_value| doubt("not-shared", context! { quantity, p_value }));
     let at_bound =
         estimates.iter().filter(|value| value.at_bound).map(|Value { label, estimate, .. }| {
             let values = context! { quantity, label, bound => estimate };
-            Remark::new(Doubtful, "at-bound/label-at-bound", values)
+            doubt("at-bound/label-at-bound", values)
         });
     not_shared.into_iter().chain(at_bound).collect()
 }
@@ -336,7 +334,7 @@ fn judge(comparison: &mut Comparison) {
     }
     let values = context! { samples, reduced_chi2 => chi2 / dof.max(1) as f64 };
     let refuted = Remark::new(Unusable, "refuted", values);
-    for compared in comparison.quantities.iter_mut().filter(|own| own.quantity != Quantity::Sliding) {
+    for compared in comparison.quantities.iter_mut().filter(|own| own.parameter != Quantity::Sliding) {
         for value in &mut compared.estimates {
             (value.std_error, value.interval_95) = (None, None);
         }

@@ -7,9 +7,9 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, St
 use super::CompareError;
 use super::result::{Difference, NOT_CONVERGED};
 use super::samples::{Alone, Samples};
-use crate::fit::film_words::{Remark, note};
+use crate::fit::film_words::{Remark, doubt, note};
 use crate::numerics::EXACT;
-use crate::problem::Severity::{Doubtful, Unusable};
+use crate::problem::Severity::Unusable;
 use crate::problem::{
     self, Descent, Estimates, Evaluation, Id, Mode, Problem, Record, Solution, State, comply, descend,
     descend_with_noise, robust_covariance,
@@ -52,7 +52,7 @@ impl<'a> Joint<'a> {
             samples.remarks.push(Remark::new(Unusable, "not-converged/joint-search-failed", values));
         }
         let covariance = estimate(&problem, &end, &[]).unwrap_or_else(|| {
-            samples.remarks.push(Remark::new(Doubtful, "undetermined/joint-undetermined", context! {}));
+            samples.remarks.push(doubt("undetermined/joint-undetermined", context! {}));
             Estimates { columns: Vec::new(), covariance: DMatrix::zeros(0, 0) }
         });
         let record = Record { findings: Vec::new(), left_out: Vec::new(), unit: 1.0, middle: [0.0; 2] };

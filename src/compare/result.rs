@@ -1,5 +1,6 @@
 //! The quantities of a comparison, its choices, and its result.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
@@ -145,7 +146,7 @@ impl Comparison {
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct Robust {
     /// Names of the losses of the data sets.
-    pub(crate) losses: Vec<&'static str>,
+    pub(crate) losses: BTreeSet<&'static str>,
     /// The shots that count less, the least first.
     pub(crate) weights: Vec<SampleWeight>,
 }
@@ -181,8 +182,7 @@ pub(crate) struct SampleSummary {
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct Compared {
     /// Its name.
-    #[serde(rename = "parameter")]
-    pub(crate) quantity: Quantity,
+    pub(crate) parameter: Quantity,
     /// The meaning in words.
     pub(crate) meaning: &'static str,
     /// Whether it has one value for all labels.

@@ -13,7 +13,7 @@ use crate::fit::film_words::{Remark, sentence, words_of};
 use crate::fit::{self, Depth, Fit, FitError};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::number::count_of;
-use crate::measurement::parameter::{Compliance, Parameter, Settings};
+use crate::measurement::parameter::{Compliance, Parameter};
 use crate::problem::own as place;
 use crate::problem::{
     Block, Finding, Id, Mode, OTHER_UNIT, Own, Problem, Sample, Severity, Shared, Solution, State, Unknown,
@@ -23,7 +23,6 @@ use crate::problem::{
 pub(super) struct Alone {
     /// Its part of the data set.
     pub(crate) dataset: Dataset,
-    pub(crate) settings: Settings,
     pub(crate) solution: Arc<Solution>,
     /// Index of its sample among the summaries, and of its label.
     pub(crate) sample: usize,
@@ -114,12 +113,10 @@ impl<'a> Samples<'a> {
                         add(finding.severity(), sentence);
                     }
                 }
-                if let Some(scatter) = scatter.filter(|scatter| scatter.is_estimated) {
+                if let Some(scatter) = scatter {
                     add(Severity::Note, words_of("scatter", Values::from(Serde(scatter))) + ".");
                 }
-                let settings = dataset.settings_of_balls();
-                let alone = Alone { dataset, settings, solution, sample, label, film };
-                self.fitted.push(alone);
+                self.fitted.push(Alone { dataset, solution, sample, label, film });
                 (shots_used, shots_rejected)
             }
             Err(FitError::NoUsableShot { shots_rejected, .. }) => (0, shots_rejected),
@@ -210,7 +207,8 @@ impl Samples<'_> {
     /// Returns what a sample knows of an unknown; all decide together if the contact is compliant.
     fn unknown(&self, id: Id, alone: &Alone) -> Unknown {
         let unknown = *alone.solution.problem.unknown(id);
-        let is_auto = alone.settings.compliance == Compliance::Auto && self.options.fidelity.is_none();
+        let is_auto =
+            alone.dataset.settings.compliance == Compliance::Auto && self.options.fidelity.is_none();
         let is_open = id == Id::Kappa && unknown.mode == Mode::Fixed && is_auto;
         Unknown { start: if is_open { 0.0 } else { unknown.start }, ..unknown }
     }

@@ -5,13 +5,16 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
+use indexmap::IndexSet;
+use minijinja::context;
+
 use super::camera::FoundCamera;
 use super::film::FittedFilm;
 use super::request::Request;
-use super::{Fit, FitError, Options, film_words, of_discs, of_film, of_rows};
+use super::{Fit, FitError, Options, film_words, of_balls, of_discs};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::track::TrackShot;
-use crate::problem::{Choices, DiscImpact, FilmError, Id, fit_film, measure_discs};
+use crate::problem::{Choices, DiscImpact, FilmError, Id, Record, fit_film, measure_discs};
 
 /// Fits a data set of any kind, as `caromfit fit` does, of films all frames at once, with the
 /// camera: one fit, or one for each label of the column that `[fit] by` names, in the order in
@@ -52,8 +55,8 @@ pub fn fit_watched(
         let request = Request { dataset: &part, group: group.as_ref(), options, done };
         let fit = match is_filmed(&part) {
             true if part.is_of_discs() => of_discs::fit(request)?,
-            true => of_film::fit(request)?,
-            false => of_rows::fit(request)?,
+            true => of_balls::film(request)?,
+            false => of_balls::table(request)?,
         };
         fits.push(Fit { seconds: begun.elapsed().as_secs_f64(), ..fit });
     }
@@ -63,31 +66,22 @@ pub fn fit_watched(
 /// Returns the parts of a data set, each with its label of `[fit] by`; one without a label is
 /// whole.
 pub(crate) fn parts(dataset: &Dataset) -> Vec<(Option<String>, Cow<'_, Dataset>)> {
-    let mut labels: Vec<String> = Vec::new();
-    if let Some(by) = &dataset.by {
-        let tracks = dataset.tracks.iter().filter(|_| dataset.shots.is_empty());
-        let filmed = tracks.flat_map(|tracks| &tracks.shots).map(|shot| &shot.labels);
-        for own in filmed.chain(dataset.shots.iter().map(|shot| &shot.labels)) {
-            let label = own.get(by).cloned().unwrap_or_default();
-            if !labels.contains(&label) {
-                labels.push(label);
-            }
-        }
-    }
+    let by = dataset.by.as_ref();
+    let label = |own: &BTreeMap<String, String>| by.and_then(|by| own.get(by)).cloned().unwrap_or_default();
+    let tracks = dataset.tracks.iter().filter(|_| dataset.shots.is_empty());
+    let filmed = tracks.flat_map(|tracks| &tracks.shots).map(|shot| label(&shot.labels));
+    let shots = filmed.chain(dataset.shots.iter().map(|shot| label(&shot.labels)));
+    let labels: IndexSet<String> = shots.filter(|_| by.is_some()).collect();
     if labels.is_empty() {
         return vec![(None, Cow::Borrowed(dataset))];
     }
-    let part = |label: String| {
+    let part = |own: String| {
         let mut part = dataset.clone();
-        let has_label = |own: &BTreeMap<String, String>| {
-            let by = dataset.by.as_ref().and_then(|by| own.get(by));
-            by.map_or("", String::as_str) == label
-        };
-        part.shots.retain(|shot| has_label(&shot.labels));
+        part.shots.retain(|shot| label(&shot.labels) == own);
         if let Some(tracks) = &mut part.tracks {
-            tracks.shots.retain(|shot| has_label(&shot.labels));
+            tracks.shots.retain(|shot| label(&shot.labels) == own);
         }
-        (Some(label), Cow::Owned(part))
+        (Some(own), Cow::Owned(part))
     };
     labels.into_iter().map(part).collect()
 }
@@ -120,15 +114,25 @@ pub(crate) fn with_impacts(mut dataset: Dataset) -> (Dataset, Option<FittedFilm>
         }
     };
     let film = FittedFilm::new(solution, &dataset);
-    let findings = film.solution.record.findings.iter();
-    let sentences = findings.filter_map(|finding| film_words::sentence(finding, Some(&film)));
     let spins = film_words::unknown_spins(&film).map(|remark| remark.sentence);
-    let sentences: Vec<String> = sentences.chain(spins).collect();
-    dataset.left_out.extend(film.solution.record.left_out.iter().cloned());
+    note(&mut dataset, &film.solution.record, Some(&film), spins);
     (dataset.sliding, dataset.rolling) = (film.solution.measured(Id::MuK), film.solution.measured(Id::MuR));
     dataset.shots.extend(film.impacts.iter().map(|impact| impact.shot.clone()));
-    dataset.tracks.iter_mut().for_each(|tracks| tracks.notes.extend(sentences.iter().cloned()));
     (dataset, Some(film))
+}
+
+/// Adds to a data set the shots that were left out of its film, findings, and other sentences.
+fn note(
+    dataset: &mut Dataset,
+    record: &Record,
+    film: Option<&FittedFilm>,
+    others: impl IntoIterator<Item = String>,
+) {
+    dataset.left_out.extend(record.left_out.iter().cloned());
+    if let Some(tracks) = &mut dataset.tracks {
+        let findings = record.findings.iter();
+        tracks.notes.extend(findings.filter_map(|finding| film_words::sentence(finding, film)).chain(others));
+    }
 }
 
 /// A film of discs with what was measured of its shots.
@@ -153,22 +157,14 @@ pub fn extract_discs(mut dataset: Dataset) -> ExtractedDiscs {
             return ExtractedDiscs { dataset, shots: Vec::new(), camera: None };
         }
     };
-    dataset.left_out.extend(solution.record.left_out.iter().cloned());
     let solution = Arc::new(solution);
     let camera = FoundCamera::of_film(&solution, &dataset);
-    let mut shots = Vec::new();
-    if let Some(tracks) = &mut dataset.tracks {
-        for impact in impacts {
-            let track = tracks.shots.iter().find(|track| track.name == impact.name);
-            shots.extend(track.cloned().map(|track| (track, impact)));
-        }
-        let findings = solution.record.findings.iter();
-        tracks.notes.extend(findings.filter_map(|finding| film_words::sentence(finding, None)));
-        tracks.notes.extend(camera.sentence());
-        tracks
-            .notes
-            .extend(film_words::of_discs(&solution, &shots).into_iter().map(|remark| remark.sentence));
-    }
+    let tracks = dataset.tracks.iter().flat_map(|tracks| &tracks.shots);
+    let with_track =
+        |impact: DiscImpact| Some((tracks.clone().find(|track| track.name == impact.name)?.clone(), impact));
+    let shots: Vec<(TrackShot, DiscImpact)> = impacts.into_iter().filter_map(with_track).collect();
+    let others = film_words::of_discs(&solution, &shots).into_iter().map(|remark| remark.sentence);
+    note(&mut dataset, &solution.record, None, camera.sentence().into_iter().chain(others));
     ExtractedDiscs { dataset, shots, camera: Some(camera) }
 }
 
@@ -203,11 +199,7 @@ fn with_usable_discs(dataset: Dataset) -> Dataset {
     }
     let unseen = film_words::of_shots("measured/unseen-rotation", unseen, tracks.shots.len());
     tracks.notes.extend(unseen.map(|remark| remark.sentence));
-    let knows_rate = tracks.discs.is_none_or(|discs| discs.in_seconds);
-    let unit = if knows_rate { "" } else { " The frame rate is unknown: velocities are in m per frame." };
-    tracks.notes.push(format!(
-        "Discs: e and J_t/J_n of every shot are fitted, which are those of equal discs with the same slip and closing speed. Their own \
-         velocities are in what \"caromfit extract\" writes.{unit}"
-    ));
+    let in_seconds = tracks.discs.is_none_or(|discs| discs.in_seconds);
+    tracks.notes.push(film_words::words_of("discs", context! { in_seconds }));
     dataset
 }

@@ -8,8 +8,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::goodness::by_parameter;
 use crate::measurement::parameter::Parameter;
+use crate::measurement::written::ByName;
 use crate::problem::{Id, ShotInfluence, Solution};
 
 /// Intervals from resampled shots.
@@ -23,9 +23,7 @@ pub(crate) struct Bootstrap {
     /// out.
     pub(crate) failed: usize,
     /// Results by the name of the parameter, in its unit.
-    #[serde(rename = "parameters", serialize_with = "by_parameter")]
-    #[schemars(with = "std::collections::BTreeMap<String, Resampled>")]
-    pub(crate) estimates: Vec<(Parameter, Resampled)>,
+    pub(crate) parameters: ByName<Resampled>,
 }
 
 /// A parameter over the samples of a bootstrap.
@@ -61,14 +59,14 @@ pub(in crate::fit) fn draw(
     let all: Vec<_> = (0..replicates).into_par_iter().map(fit_replicate).collect();
     let failed = all.iter().filter(|x| x.is_none()).count();
     let influence = solution.influence();
-    let estimates = free.iter().zip(&ids).enumerate().filter_map(|(column, (parameter, id))| {
+    let parameters = free.iter().zip(&ids).enumerate().filter_map(|(column, (parameter, id))| {
         let mut values: Vec<f64> = all.iter().flatten().map(|x| x[column]).collect();
         values.sort_by(f64::total_cmp);
         let change = |shot: &Option<ShotInfluence>| shot.as_ref().map_or(0.0, |shot| shot.change(*id));
         let jackknife: Vec<f64> = influence.iter().map(change).collect();
-        Some((*parameter, summary(&values, solution.value(*id), &jackknife)?))
+        Some((parameter.name().to_owned(), summary(&values, solution.value(*id), &jackknife)?))
     });
-    Bootstrap { replicates, seed, failed, estimates: estimates.collect() }
+    Bootstrap { replicates, seed, failed, parameters: parameters.collect() }
 }
 
 /// Summarises sorted replicates; `None` with fewer than two.

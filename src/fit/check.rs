@@ -2,9 +2,11 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use indexmap::{IndexMap, IndexSet};
+use minijinja::value::Serde;
 use minijinja::{Value as Values, context};
 use schemars::JsonSchema;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use super::film_words::words_of;
 use crate::measurement::dataset::{Before, Dataset, Measured, Shot};
@@ -13,7 +15,6 @@ use crate::measurement::parameter::Parameter;
 use crate::measurement::spin::Spin;
 use crate::physics::collision::Fidelity;
 use crate::problem::{POLICY, find_copies, predict};
-use crate::words::capital;
 
 /// Number of shots below which the noise is left to luck.
 pub(super) const FEW_SHOTS: usize = 5;
@@ -35,9 +36,6 @@ const SLIDING: [f64; 2] = [0.1, 0.5];
 /// A rolling ball's spin can add a few per cent to the energy of motion, and to a speed.
 const MOST_RATIO: f64 = 1.05;
 
-/// Number of shots that a warning names.
-const NAMED: usize = 3;
-
 /// Kind of a finding that is good to know; all others are suspicious.
 const ADVICE: &str = "advice";
 
@@ -46,10 +44,10 @@ const ADVICE: &str = "advice";
 pub struct Finding {
     /// Name of the shot; null: the whole data set.
     pub shot: Option<String>,
-    /// Whether it is suspicious; else it is good to know.
-    #[serde(rename = "suspicious", serialize_with = "suspicious_kind")]
-    #[schemars(with = "bool")]
+    #[serde(skip)]
     pub(crate) kind: &'static str,
+    /// Whether it is suspicious; else it is good to know.
+    pub(crate) suspicious: bool,
     /// The finding, as a clause without a capital letter and a full stop.
     #[serde(rename = "sentence")]
     pub text: String,
@@ -57,12 +55,9 @@ pub struct Finding {
 
 impl Finding {
     fn new(shot: Option<&Shot>, kind: &'static str, values: Values) -> Self {
-        Self { shot: shot.map(|shot| shot.name.clone()), kind, text: words_of(kind, values) }
+        let (shot, text) = (shot.map(|shot| shot.name.clone()), words_of(kind, values));
+        Self { shot, kind, suspicious: kind != ADVICE, text }
     }
-}
-
-fn suspicious_kind<S: Serializer>(kind: &str, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_bool(kind != ADVICE)
 }
 
 /// Returns everything suspicious, and notes; findings about the whole data set come first. Impacts
@@ -126,25 +121,12 @@ fn copies(shots: &[&Shot]) -> Vec<Finding> {
 
 /// Returns findings as warnings, each kind once: sentences.
 pub(crate) fn warnings(found: &[Finding], shots: usize) -> Vec<String> {
-    let mut all = Vec::new();
-    for (i, Finding { kind, text, .. }) in found.iter().enumerate() {
-        let is_of_kind = |finding: &&Finding| finding.kind == *kind;
-        if found[..i].iter().any(|other| is_of_kind(&other)) {
-            continue;
-        }
-        let alike = found.iter().filter(is_of_kind);
-        let names: Vec<&str> = alike.filter_map(|finding| finding.shot.as_deref()).collect();
-        all.push(match names[..] {
-            [] => format!("{}.", capital(text)),
-            [name] => format!("Shot {name}: {text}."),
-            [first, ..] => {
-                let others = if names.len() > NAMED { ", …" } else { "" };
-                let named = names[..names.len().min(NAMED)].join(", ");
-                format!("{} of {shots} shots ({named}{others}), as shot {first}: {text}.", names.len())
-            }
-        });
+    let mut kinds: IndexMap<&str, (&str, Vec<&str>)> = IndexMap::new();
+    for Finding { shot, kind, text, .. } in found {
+        kinds.entry(kind).or_insert((text, Vec::new())).1.extend(shot.as_deref());
     }
-    all
+    let sentence = |(text, names)| words_of("of-kind", context! { text, names => Serde(names), shots });
+    kinds.into_values().map(sentence).collect()
 }
 
 /// Returns what is good to know before a fit.
@@ -161,15 +143,10 @@ fn advice(dataset: &Dataset) -> Vec<Finding> {
             context! { parameter, initial }
         }));
     }
-    let mut unstated: Vec<&str> = Vec::new();
-    for row in dataset.shots.iter().flat_map(|shot| &shot.after) {
-        let name = row.observable.column();
-        if row.measured.sd.is_none() && !unstated.contains(&name) {
-            unstated.push(name);
-        }
-    }
+    let rows = dataset.shots.iter().flat_map(|shot| &shot.after).filter(|row| row.measured.sd.is_none());
+    let unstated: IndexSet<&str> = rows.map(|row| row.observable.column()).collect();
     if !unstated.is_empty() {
-        all.push(context! { unstated });
+        all.push(context! { unstated => Serde(unstated) });
     }
     all.into_iter().map(|values| Finding::new(None, ADVICE, values)).collect()
 }

@@ -1,31 +1,30 @@
 //! Numbers of shots less their predictions: residuals, and how they change with speed, cut, spin
 //! and slip.
 
+use indexmap::IndexSet;
 use minijinja::value::Serde;
 use minijinja::{Value as Values, context};
 use nalgebra::DVector;
 use schemars::JsonSchema;
 use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::Residual;
 use super::film_words::words_of;
 use crate::measurement::observable::{Axis, Observable};
-use crate::problem::{self, Deviations, POLICY, ShiftScore, Solution};
+use crate::problem::{Deviations, POLICY, ShiftScore, Slope, Solution};
 
 /// A trend of residuals with something that the model should have taken care of.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Trend {
     /// The quantity of the residuals, in words.
-    #[serde(rename = "residuals_of")]
-    pub(crate) quantity: &'static str,
+    pub(crate) residuals_of: &'static str,
     /// The variable that the residuals change with.
-    #[serde(rename = "against")]
     #[schemars(extend("enum" = [OF_BALLS[0].0, OF_BALLS[1].0, OF_BALLS[2].0, OF_BALLS[3].0, OF_DISCS[1].0]))]
-    pub(crate) variable: &'static str,
+    pub(crate) against: &'static str,
     /// Change of a residual, in its standard deviations, per unit of what it changes with.
-    #[serde(rename = "slope_sd")]
     #[schemars(with = "Option<f64>")]
-    pub(crate) slope: f64,
+    pub(crate) slope_sd: f64,
     /// That unit.
     pub(crate) slope_per: &'static str,
     /// Probability of such a slope by chance.
@@ -89,22 +88,22 @@ pub(crate) fn holm<'a>(probabilities: impl IntoIterator<Item = &'a mut f64>) {
 pub(super) fn trends(
     solution: &Solution,
     shots: &[Option<Deviations>],
-    chance: impl Fn(&problem::Slope, &[Option<ShiftScore>]) -> Option<f64>,
+    chance: impl Fn(&Slope, &[Option<ShiftScore>]) -> Option<f64>,
 ) -> Vec<Trend> {
     let seen = observables(shots);
     let is_of_discs = seen.iter().any(|observable| Observable::DISCS.contains(observable));
     let variables: &[Variable] = if is_of_discs { &OF_DISCS } else { &OF_BALLS };
     let mut trends = Vec::new();
-    for quantity in quantities(seen) {
-        let scores = scores(solution, shots, quantity);
-        for (variable, slope_per, of) in variables {
+    for (residuals_of, part) in quantities(seen) {
+        let scores = scores(solution, shots, part);
+        for (against, slope_per, of) in variables {
             let values: Vec<f64> = shots.iter().map(|found| found.as_ref().map_or(f64::NAN, of)).collect();
             let Some(slope) = solution.slope_of(&values, &scores) else { continue };
             let Some(p_value) = chance(&slope, &scores) else { continue };
             trends.push(Trend {
-                quantity: quantity.name(),
-                variable,
-                slope: slope.value,
+                residuals_of,
+                against,
+                slope_sd: slope.value,
                 slope_per,
                 p_value,
                 p_corrected: p_value,
@@ -118,20 +117,24 @@ pub(super) fn trends(
     let count = trends.len();
     for trend in &mut trends {
         trend.significant = trend.p_corrected < POLICY.level;
-        let slope = format!("{:+.2}", trend.slope);
+        let slope = format!("{:+.2}", trend.slope_sd);
         trend.words = words_of("change", context! { count, slope, ..Values::from(Serde(&*trend)) });
     }
     trends
 }
 
-/// Returns the score of a shift of each shot along a direction.
-fn scores(solution: &Solution, shots: &[Option<Deviations>], quantity: Quantity) -> Vec<Option<ShiftScore>> {
+/// Returns the score of a shift of each shot along the direction in which observables have a part.
+fn scores(
+    solution: &Solution,
+    shots: &[Option<Deviations>],
+    part: impl Fn(&Deviations, Observable) -> f64,
+) -> Vec<Option<ShiftScore>> {
     let ids = solution.determined();
     // the frames of a film count by their weights already
     let weights = if solution.is_film() { Vec::new() } else { solution.weights() };
     let score = |(i, one): (usize, &Option<Deviations>)| {
         let one = one.as_ref()?;
-        let parts = one.observables.iter().map(|observable| quantity.part(one, *observable));
+        let parts = one.observables.iter().map(|observable| part(one, *observable));
         let direction = DVector::from_iterator(one.observables.len(), parts);
         let square = direction.norm_squared();
         let unit = &direction * (direction.dot(&(&one.covariance * &direction)).sqrt() / square);
@@ -173,63 +176,56 @@ pub(crate) fn residuals(names: &[String], shots: &[Option<Deviations>]) -> Vec<R
 }
 
 /// Returns what was measured of the shots, in the order of its first appearance.
-pub(super) fn observables(shots: &[Option<Deviations>]) -> Vec<Observable> {
-    let mut seen = Vec::new();
-    for observable in shots.iter().flatten().flat_map(|found| &found.observables) {
-        if !seen.contains(observable) {
-            seen.push(*observable);
-        }
-    }
-    seen
+pub(super) fn observables(shots: &[Option<Deviations>]) -> IndexSet<Observable> {
+    shots.iter().flatten().flat_map(|found| found.observables.iter().copied()).collect()
 }
 
-/// A quantity that may have a trend.
-#[derive(Clone, Copy)]
-enum Quantity {
-    /// An observable.
-    Number(Observable),
-    /// The velocity of a ball along or, if that is true, across the line of centres, by its name.
-    Velocity(&'static str, fn(Axis) -> Observable, bool),
-}
+/// A quantity that may have a trend: its name, and the part that an observable of a shot has in it.
+type Quantity = (&'static str, Box<dyn Fn(&Deviations, Observable) -> f64>);
 
-impl Quantity {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Number(observable) => observable.label(),
-            Self::Velocity(name, ..) => name,
-        }
-    }
-
-    /// Returns the part of an observable of a shot in the quantity. Friction is against the slip and
-    /// has the sign of the cut angle.
-    fn part(self, found: &Deviations, observable: Observable) -> f64 {
-        match self {
-            Self::Number(which) if which != observable => 0.0,
-            Self::Number(Observable::ImpulseRatio) => -found.cut.signum(),
-            Self::Number(_) => 1.0,
-            Self::Velocity(_, of, is_across) => {
-                let ([cos, sin], side) = (found.normal, if found.cut < 0.0 { -1.0 } else { 1.0 });
-                let parts = if is_across { [-side * sin, side * cos] } else { [cos, sin] };
-                let place = [Axis::X, Axis::Y].into_iter().position(|axis| of(axis) == observable);
-                place.map_or(0.0, |place| parts[place])
-            }
-        }
-    }
-}
+/// Velocities after an impact by their names, with their components: of a ball along or, if that is
+/// true, across the line of centres.
+const VELOCITIES: [(&str, [Observable; 2], bool); 4] = [
+    ("throw", OBJECT, true),
+    ("object-ball velocity along the line of centres", OBJECT, false),
+    ("cue-ball velocity along the line of centres", CUE, false),
+    ("cue-ball velocity across the line of centres", CUE, true),
+];
+const CUE: [Observable; 2] = [Observable::CueVelocity(Axis::X), Observable::CueVelocity(Axis::Y)];
+const OBJECT: [Observable; 2] = [Observable::ObjectVelocity(Axis::X), Observable::ObjectVelocity(Axis::Y)];
 
 /// Returns what may have trends: of impacts the velocities along and across the line of centres, of
 /// angles and discs every observable.
-fn quantities(seen: Vec<Observable>) -> Vec<Quantity> {
-    if !seen.iter().any(|observable| Observable::IMPACTS.contains(observable)) {
-        return seen.into_iter().map(Quantity::Number).collect();
+fn quantities(seen: IndexSet<Observable>) -> Vec<Quantity> {
+    let velocity = |(name, components, is_across): (_, [Observable; 2], bool)| -> Quantity {
+        let part = move |found: &Deviations, observable: Observable| {
+            let ([cos, sin], side) = (found.normal, if found.cut < 0.0 { -1.0 } else { 1.0 });
+            let parts = if is_across { [-side * sin, side * cos] } else { [cos, sin] };
+            components.iter().position(|own| *own == observable).map_or(0.0, |place| parts[place])
+        };
+        (name, Box::new(part))
+    };
+    let number = |which: Observable| -> Quantity {
+        let part = move |found: &Deviations, observable: Observable| match observable {
+            _ if observable != which => 0.0,
+            // friction is against the slip
+            Observable::ImpulseRatio => -found.cut.signum(),
+            _ => 1.0,
+        };
+        (which.label(), Box::new(part))
+    };
+    if seen.iter().any(|observable| Observable::IMPACTS.contains(observable)) {
+        return VELOCITIES.into_iter().map(velocity).collect();
     }
-    let (cue, object) = (Observable::CueVelocity, Observable::ObjectVelocity);
-    vec![
-        Quantity::Velocity("throw", object, true),
-        Quantity::Velocity("object-ball velocity along the line of centres", object, false),
-        Quantity::Velocity("cue-ball velocity along the line of centres", cue, false),
-        Quantity::Velocity("cue-ball velocity across the line of centres", cue, true),
-    ]
+    seen.into_iter().map(number).collect()
+}
+
+/// Returns the probability of a slope by chance if the noise of its numbers is estimated from them;
+/// `all` is the sum of their squares beside a level, with these degrees of freedom beside the slope.
+pub(super) fn chance(slope: &Slope, all: f64, dof: f64) -> Option<f64> {
+    let square = slope.t * slope.t;
+    let t = (square * dof / (all - square).max(f64::MIN_POSITIVE)).sqrt();
+    Some(2.0 * StudentsT::new(0.0, 1.0, dof).ok()?.sf(t.min(f64::MAX)))
 }
 
 /// Returns the deviations of a shot in units of their errors, independent of each other.

@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use minijinja::context;
 
 use super::film::FittedFilm;
-use super::film_words::{self, Remark, note, of_shots, sentences};
+use super::film_words::{self, Remark, doubt, note, of_shots, sentences};
 use super::{Estimate, Fit, FoundCamera, Noise, NoiseVerdict, Rejected, Status, Trend, check};
 use crate::measurement::dataset::{Dataset, ON_REQUEST, Shot};
 use crate::measurement::observable::Observable;
@@ -29,7 +29,6 @@ const MIN_RESIDUAL: f64 = 1e-6;
 pub(super) fn comment(
     fit: &mut Fit,
     dataset: &Dataset,
-    shots: &[&Shot],
     has_topspin: bool,
     own: impl IntoIterator<Item = Remark>,
 ) {
@@ -40,8 +39,11 @@ pub(super) fn comment(
         }
         fit.diagnostics.contours.clear();
     }
-    fit.diagnostics.suspicious = check::suspicious(dataset, shots, fit.sliding);
-    let mut all = fit.doubts();
+    let shots: Vec<&Shot> = match &fit.frames {
+        Some(film) => film.impacts.iter().map(|impact| &impact.shot).collect(),
+        None => dataset.shots.iter().collect(),
+    };
+    let mut all = fit.doubts(&check::suspicious(dataset, &shots, fit.sliding));
     let notes = fit.solution.record.findings.iter().filter(|finding| finding.severity() == Note);
     all.extend(notes.map(|finding| film_words::remark(finding, fit.frames.as_ref())));
     all.extend(own);
@@ -67,7 +69,7 @@ pub(crate) fn of_film(film: &FittedFilm) -> Vec<check::Finding> {
         film.solution.record.findings.iter().filter(|own| own.severity() > Warning).collect();
     doubts.sort_by_key(|own| Reverse(own.severity()));
     let sentences = doubts.into_iter().filter_map(|own| film_words::sentence(own, Some(film)));
-    sentences.map(|text| check::Finding { shot: None, kind: FOOTAGE, text }).collect()
+    sentences.map(|text| check::Finding { shot: None, kind: FOOTAGE, suspicious: true, text }).collect()
 }
 
 impl Fit {
@@ -82,7 +84,7 @@ impl Fit {
     }
 
     /// Returns everything that lets doubt the fit, the most harmful first.
-    pub(super) fn doubts(&self) -> Vec<Remark> {
+    pub(super) fn doubts(&self, suspicious: &[check::Finding]) -> Vec<Remark> {
         let mut all: Vec<Remark> = Vec::new();
         let findings = self.solution.record.findings.iter().filter(|finding| finding.severity() > Note);
         // causes and conflicts with what is stated may come from wrong footage
@@ -91,7 +93,7 @@ impl Fit {
         });
         let remark = |finding| film_words::remark(finding, self.frames.as_ref());
         all.extend(others.into_iter().map(remark));
-        self.doubt_footage(&mut all);
+        self.doubt_footage(&mut all, suspicious);
         all.extend(conflicts.into_iter().map(remark));
         if !self.converged() {
             let termination = self.termination();
@@ -102,7 +104,7 @@ impl Fit {
             let symbols: Vec<&str> = free.iter().map(|e| e.parameter.symbol()).collect();
             all.push(Remark::new(Unusable, "undetermined/nothing-determined", context! { symbols }));
         }
-        for text in check::warnings(&self.diagnostics.suspicious, self.shots_used()) {
+        for text in check::warnings(suspicious, self.shots_used()) {
             all.push(Remark::new(Warning, "suspicious-shot", context! { beside => text }));
         }
         let rejected = self.unwanted();
@@ -117,19 +119,19 @@ impl Fit {
         self.doubt_values(&mut all);
         let shots = self.shots_used();
         // errors of discs are those of their frames
-        if self.dof == 0 && self.discs.is_none() {
+        if self.dof() == 0 && self.discs.is_none() {
             let has_errors = self.estimates.iter().any(|estimate| estimate.std_error.is_some());
-            all.push(Remark::new(Doubtful, "few-shots/no-freedom", context! { shots, has_errors }));
+            all.push(doubt("few-shots/no-freedom", context! { shots, has_errors }));
         } else if shots < check::FEW_SHOTS {
-            all.push(Remark::new(Doubtful, "few-shots", context! { shots }));
+            all.push(doubt("few-shots", context! { shots }));
         }
         if self.diagnostics.has_rival {
-            all.push(Remark::new(Doubtful, "rival-minimum", context! {}));
+            all.push(doubt("rival-minimum", context! {}));
         }
         self.doubt_bounds(&mut all);
         // something that explains the residuals says more than how they run
         let is_unexplained = self.explanations().is_empty();
-        for (place, trend) in self.trends().iter().enumerate() {
+        for (place, trend) in self.diagnostics.goodness.trends.iter().enumerate() {
             let is_doubt = place == 0 && trend.is_improbable() && !refutes_friction;
             if is_doubt || trend.significant && is_unexplained {
                 let severity = if is_doubt { Doubtful } else { Warning };
@@ -152,22 +154,17 @@ impl Fit {
         self.diagnostics.identifiability.as_ref()?.worst.as_ref()
     }
 
-    fn trends(&self) -> &[Trend] {
-        self.diagnostics.goodness.as_ref().map_or(&[], |goodness| &goodness.trends)
-    }
-
     /// Says what paths, or most shots, show to be wrong with the footage or its description.
-    fn doubt_footage(&self, all: &mut Vec<Remark>) {
-        let suspicious = &self.diagnostics.suspicious;
+    fn doubt_footage(&self, all: &mut Vec<Remark>, suspicious: &[check::Finding]) {
         let is_of_most = |finding: &&check::Finding| {
             let alike = suspicious.iter().filter(|other| other.kind == finding.kind).count();
             finding.shot.is_none() || 2 * alike > self.shots_used()
         };
         let rho = self.camera.as_ref().and_then(FoundCamera::noise_correlation);
         if let Some(check::Finding { shot, text, .. }) = suspicious.iter().find(is_of_most) {
-            all.push(Remark::new(Doubtful, FOOTAGE, context! { shot, text }));
+            all.push(doubt(FOOTAGE, context! { shot, text }));
         } else if let Some(rho) = rho.filter(|rho| *rho > SMOOTHED) {
-            all.push(Remark::new(Doubtful, "suspicious-footage/smoothed", context! { rho }));
+            all.push(doubt("suspicious-footage/smoothed", context! { rho }));
         }
     }
 
@@ -175,32 +172,30 @@ impl Fit {
     /// those of the contact that is fitted, or that J_t/J_n does not follow the slip as it should,
     /// which does not affect e; returns whether this is so.
     fn doubt_residuals(&self, all: &mut Vec<Remark>) -> bool {
-        let goodness = self.diagnostics.goodness.as_ref().filter(|_| !self.is_refuted());
-        if let Some((goodness, times)) =
-            goodness.and_then(|goodness| Some((goodness, goodness.noise_factor?)))
-        {
+        let goodness = &self.diagnostics.goodness;
+        if let Some(times) = goodness.noise_factor.filter(|_| !self.is_refuted()) {
             let noise = if self.footage { "the noise of the frames" } else { "the stated noise" };
             let values = context! { times, noise };
-            match goodness.noise {
-                NoiseVerdict::TooSmall => all.push(Remark::new(Doubtful, "noise/noise-too-small", values)),
+            match goodness.stated_noise {
+                NoiseVerdict::TooSmall => all.push(doubt("noise/noise-too-small", values)),
                 // claims that do not hold are left out
                 NoiseVerdict::TooLarge => all.push(Remark::new(Warning, "noise/noise-too-large", values)),
                 NoiseVerdict::NotTested | NoiseVerdict::Explains => {}
             }
         }
         let is_of_discs = self.discs.is_some();
-        if let Some(reduced_chi2) = refutes(self.chi2, self.dof as f64)
+        if let Some(reduced_chi2) = refutes(self.chi2(), self.dof() as f64)
             && is_of_discs
         {
-            all.push(Remark::new(Doubtful, "refuted-contact", context! { reduced_chi2 }));
+            all.push(doubt("refuted-contact", context! { reduced_chi2 }));
         }
         let is_of_friction =
-            |trend: &&Trend| trend.is_improbable() && trend.quantity == Observable::ImpulseRatio.label();
-        let trend = self.trends().iter().find(is_of_friction).filter(|_| self.scatter.is_some());
+            |trend: &&Trend| trend.is_improbable() && trend.residuals_of == Observable::ImpulseRatio.label();
+        let trend = goodness.trends.iter().find(is_of_friction).filter(|_| is_of_discs);
         if let Some(trend) = trend {
-            let variable = trend.variable;
+            let variable = trend.against;
             let (e, sd) = self.get(Parameter::E).and_then(|e| Some((e.value, e.std_error?))).unzip();
-            all.push(Remark::new(Doubtful, "refuted-friction", context! { variable, e, sd }));
+            all.push(doubt("refuted-friction", context! { variable, e, sd }));
         }
         trend.is_some()
     }
@@ -208,7 +203,7 @@ impl Fit {
     /// Says that residuals from which the noise was to be estimated are all 0, or absent.
     fn doubt_errors(&self, all: &mut Vec<Remark>) {
         let mut estimated = self.noise.iter().filter(|noise| noise.estimated_sd.is_some()).peekable();
-        if self.dof == 0 || estimated.peek().is_none() {
+        if self.dof() == 0 || estimated.peek().is_none() {
             return;
         }
         let is_exact = |noise: &Noise| {
@@ -217,7 +212,7 @@ impl Fit {
         };
         if estimated.all(is_exact) {
             let rounding = self.noise.iter().find_map(|noise| Some(noise.in_words(noise.rounding?, 2)));
-            all.push(Remark::new(Doubtful, "exact", context! { rounding }));
+            all.push(doubt("exact", context! { rounding }));
         } else if self.noise.iter().any(Noise::is_unknown) {
             all.push(Remark::new(Warning, "no-errors", context! {}));
         }
@@ -228,28 +223,20 @@ impl Fit {
         for parameter in self.estimates.iter().map(|estimate| estimate.parameter) {
             if let Some([edge, _]) = self.plateau(parameter) {
                 let (parameter, discs) = (parameter.name(), self.discs.is_some());
-                all.push(Remark::new(
-                    Doubtful,
-                    "undetermined/saturated",
-                    context! { parameter, edge, discs },
-                ));
+                all.push(doubt("undetermined/saturated", context! { parameter, edge, discs }));
             }
         }
         let worst = self.worst_combination().filter(|worst| worst.weak);
         let combination = worst.map(|worst| {
             let beside = context! { words => &worst.words, undetermined => worst.undetermined };
-            Remark::new(Doubtful, "undetermined/combination", context! { beside })
+            doubt("undetermined/combination", context! { beside })
         });
         all.extend(combination.clone().filter(|_| worst.is_some_and(|worst| worst.undetermined)));
         for estimate in self.estimates.iter().filter(|estimate| estimate.is_at_bound()) {
             let (parameter, bound) = (estimate.parameter.name(), estimate.value);
             let is_lower = estimate.status == Status::AtLowerBound;
             let limit = estimate.interval_95.map(|ends| ends[usize::from(is_lower)]);
-            all.push(Remark::new(
-                Doubtful,
-                "undetermined/on-bound",
-                context! { parameter, bound, is_lower, limit },
-            ));
+            all.push(doubt("undetermined/on-bound", context! { parameter, bound, is_lower, limit }));
         }
         // what was said already is not repeated
         all.extend(combination);

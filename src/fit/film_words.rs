@@ -3,11 +3,11 @@
 
 use std::sync::LazyLock;
 
-use minijinja::value::{Serde, merge_maps};
+use minijinja::value::Serde;
 use minijinja::{Value as Values, context};
 
-use super::Explanation;
 use super::film::FittedFilm;
+use super::{Explanation, Fit};
 use crate::film::frame_noise::constant_axis;
 use crate::measurement::dataset::Measured;
 use crate::measurement::spin::Spin;
@@ -26,22 +26,17 @@ pub(crate) struct Remark {
     /// How far it affects the trust in the fit.
     pub(crate) severity: Severity,
     pub(crate) kind: String,
-    /// Its numbers.
+    /// Its numbers, with some that only its words need as `beside`.
     pub(crate) values: Values,
     pub(crate) sentence: String,
 }
 
 impl Remark {
-    /// Returns a remark with its numbers, those that only its words need as `beside`. The name is
-    /// its kind, or its kind and behind `/` that of its words. What stands elsewhere has no words.
+    /// Returns a remark with its numbers. The name is its kind, or its kind and behind `/` that of
+    /// its words. What stands elsewhere has no words.
     pub(crate) fn new(severity: Severity, name: &str, values: Values) -> Self {
-        Self::with(severity, name, values, context! {})
-    }
-
-    fn with(severity: Severity, name: &str, values: Values, beside: Values) -> Self {
         let (kind, of_words) = name.split_once('/').unwrap_or((name, name));
-        let numbers = merge_maps([values.clone(), beside]);
-        let words = context! { kind => of_words, severity => Serde(severity), ..numbers };
+        let words = context! { kind => of_words, severity => Serde(severity), ..values.clone() };
         Self { severity, kind: kind.to_owned(), sentence: WORDS.sentence(words), values }
     }
 }
@@ -57,6 +52,11 @@ pub(crate) fn note(name: &str, values: Values) -> Remark {
     Remark::new(Severity::Note, name, values)
 }
 
+/// Returns a doubt.
+pub(crate) fn doubt(name: &str, values: Values) -> Remark {
+    Remark::new(Severity::Doubtful, name, values)
+}
+
 /// Returns the words of a remark alone.
 pub(crate) fn words_of(name: &str, values: Values) -> String {
     note(name, values).sentence
@@ -69,16 +69,14 @@ pub(super) const DIFFERS: f64 = 0.2;
 /// Returns a finding as a remark, of a table if `film` is `None`.
 pub(super) fn remark(finding: &Finding, film: Option<&FittedFilm>) -> Remark {
     let [radius, scale_sd] = film.map_or([f64::NAN, 0.0], |film| [film.solution.radius(), film.scale_sd]);
-    let game = match finding {
-        Finding::OtherUnit { factor, .. } => game(2.0 * radius / factor),
-        Finding::Conflict { id: Id::Scale, estimate, .. } => game(2.0 * radius * estimate),
-        _ => None,
-    };
     let spins = film.filter(|_| matches!(finding, Finding::Spins { .. })).map(spins);
-    let beside = context! { film => film.is_some(), radius, scale_sd, game, spins };
+    let (games, same_radius) = (Ball::GAMES.to_vec(), SAME_RADIUS);
+    let beside = context! { film => film.is_some(), radius, scale_sd, games, same_radius, spins };
     let values = Values::from(Serde(finding));
     let kind = values.get_attr("kind").unwrap_or_default();
-    Remark::with(finding.severity(), kind.as_str().unwrap_or_default(), values, context! { beside })
+    let with_beside = context! { beside, ..values.clone() };
+    // with the numbers in their order
+    Remark { values, ..Remark::new(finding.severity(), kind.as_str().unwrap_or_default(), with_beside) }
 }
 
 /// Returns the sentence of a finding; `None` if it stands elsewhere.
@@ -86,14 +84,8 @@ pub(crate) fn sentence(finding: &Finding, film: Option<&FittedFilm>) -> Option<S
     Some(remark(finding, film).sentence).filter(|sentence| !sentence.is_empty())
 }
 
-/// Largest relative difference of a diameter from that of a game, by wear and scale.
-const SAME_DIAMETER: f64 = 0.01;
-
-/// Returns the game whose balls have a diameter, m, and their diameter.
-fn game(diameter: f64) -> Option<(&'static str, f64)> {
-    let diameters = Ball::GAMES.map(|(name, radius)| (name, 2.0 * radius));
-    diameters.into_iter().find(|(_, other)| (diameter / other - 1.0).abs() < SAME_DIAMETER)
-}
+/// Largest relative difference of a radius from that of a game, by wear and scale.
+const SAME_RADIUS: f64 = 0.01;
 
 /// Returns how the cue balls spin, if not as stated.
 fn spins(film: &FittedFilm) -> Values {
@@ -119,33 +111,38 @@ fn spins(film: &FittedFilm) -> Values {
     context! { shots, rolling, stun, mean, most, found => word }
 }
 
-/// Returns causes of residuals that the estimates include, the best first.
-pub(super) fn explanations(solution: &Solution, film: Option<&FittedFilm>) -> Vec<Explanation> {
-    let cause_of = |id: Id| Some(id.cause()).filter(|cause| !cause.is_empty());
-    let explain = |finding: &Finding| {
-        let (cause, estimate, std_error, fall) = match finding {
-            Finding::Conflict { id, estimate, sd, size, .. } => (cause_of(*id)?, *estimate, *sd, size * size),
-            Finding::Cause { id, estimate, sd, fall } => (cause_of(*id)?, *estimate, *sd, *fall),
-            Finding::Spins { fall, topspin, .. } => ("cue-spin", *topspin, f64::NAN, *fall),
-            Finding::Compliance { kappa, fall, adopted: true, .. } => {
-                let sd = solution.get(Id::Kappa).and_then(|kappa| kappa.std_error);
-                ("compliance", *kappa, sd.unwrap_or(f64::NAN), *fall)
-            }
-            Finding::OtherUnit { factor, stated: true } => ("scale", factor.recip(), f64::NAN, f64::NAN),
-            _ => return None,
+impl Fit {
+    /// Returns causes of residuals that the estimates include, the best first.
+    pub(crate) fn explanations(&self) -> Vec<Explanation> {
+        let solution = &self.solution;
+        let cause_of = |id: Id| Some(id.cause()).filter(|cause| !cause.is_empty());
+        let explain = |finding: &Finding| {
+            let (cause, estimate, std_error, fall) = match finding {
+                Finding::Conflict { id, estimate, sd, size, .. } => {
+                    (cause_of(*id)?, *estimate, *sd, size * size)
+                }
+                Finding::Cause { id, estimate, sd, fall } => (cause_of(*id)?, *estimate, *sd, *fall),
+                Finding::Spins { fall, topspin, .. } => ("cue-spin", *topspin, f64::NAN, *fall),
+                Finding::Compliance { kappa, fall, adopted: true, .. } => {
+                    let sd = solution.get(Id::Kappa).and_then(|kappa| kappa.std_error);
+                    ("compliance", *kappa, sd.unwrap_or(f64::NAN), *fall)
+                }
+                Finding::OtherUnit { factor, stated: true } => ("scale", factor.recip(), f64::NAN, f64::NAN),
+                _ => return None,
+            };
+            Some(Explanation {
+                cause,
+                estimate,
+                std_error,
+                delta_2logl: -fall,
+                adopted: true,
+                sentence: remark(finding, self.frames.as_ref()).sentence,
+            })
         };
-        Some(Explanation {
-            cause,
-            estimate,
-            std_error,
-            delta_2logl: -fall,
-            adopted: true,
-            sentence: sentence(finding, film).unwrap_or_default(),
-        })
-    };
-    let mut all: Vec<Explanation> = solution.record.findings.iter().filter_map(explain).collect();
-    all.sort_by(|a, b| a.delta_2logl.total_cmp(&b.delta_2logl));
-    all
+        let mut all: Vec<Explanation> = solution.record.findings.iter().filter_map(explain).collect();
+        all.sort_by(|a, b| a.delta_2logl.total_cmp(&b.delta_2logl));
+        all
+    }
 }
 
 /// Returns what the frames of a film of balls show besides the parameters.

@@ -1,18 +1,15 @@
 //! How far a fit can be trusted: what the data determine, whether model and noise describe the
 //! residuals, and the shots that matter most.
 
-use minijinja::Value as Values;
-use minijinja::value::Serde;
 use schemars::JsonSchema;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use statrs::distribution::Normal;
 use statrs::stats_tests::anderson_darling::anderson_darling;
 
 use super::deviations::Trend;
-use super::film_words::words_of;
-use crate::fit::Counted;
+use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
-use crate::measurement::written::written_by_name;
+use crate::measurement::written::{ByName, written_by_name};
 use crate::name::worded;
 use crate::numerics::EXACT;
 use crate::problem::Combination;
@@ -24,8 +21,7 @@ const MAX_STATISTIC: f64 = 13.0;
 const ENOUGH: usize = 8;
 
 /// Tests of the residuals.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[non_exhaustive]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Goodness {
     /// The tested numbers: angles, velocities or impulses.
     pub(crate) counted: Counted,
@@ -38,8 +34,7 @@ pub(crate) struct Goodness {
     /// from the residuals, or shots were down-weighted.
     pub(crate) p_value: Option<f64>,
     /// Whether the stated noise explains the residuals, in a word.
-    #[serde(rename = "stated_noise")]
-    pub(crate) noise: NoiseVerdict,
+    pub(crate) stated_noise: NoiseVerdict,
     /// √(χ²/dof), by which the stated noise would explain the residuals; null if χ² cannot be
     /// tested.
     pub(crate) noise_factor: Option<f64>,
@@ -54,6 +49,42 @@ pub(crate) struct Goodness {
     pub(crate) influential_from: Option<f64>,
 }
 
+worded! {
+    /// The kind of the measured numbers whose squared residuals are summed.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub(crate) enum Counted {
+        /// Coordinates of the balls in the frames, and components of spins that markers show.
+        Coordinates = "coordinates" | "the frames' coordinates",
+        /// Components of velocities, and of spins, after the impact.
+        Velocities = "velocities" | "the velocities",
+        /// Angles, speeds and their ratios.
+        #[default]
+        Angles = "angles" | "the angles and speeds",
+        /// The restitution and the ratio of the impulses of each shot of discs.
+        Impulses = "impulses" | "e and J_t/J_n of the shots",
+    }
+    /// The name in fit.json.
+    pub fn name;
+    /// The name in a sentence.
+    pub fn words;
+}
+
+written_by_name!(Counted);
+
+impl Counted {
+    /// Returns the kind of some observables.
+    pub(crate) fn of<'a>(observables: impl Iterator<Item = &'a Observable> + Clone) -> Self {
+        let has = |kind: &[Observable]| observables.clone().any(|observable| kind.contains(observable));
+        if has(&Observable::IMPACTS) {
+            Self::Velocities
+        } else if has(&Observable::DISCS) {
+            Self::Impulses
+        } else {
+            Self::Angles
+        }
+    }
+}
+
 /// Which combinations of parameters the data determine, at the minimum.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Identifiability {
@@ -65,31 +96,13 @@ pub(crate) struct Identifiability {
     pub(crate) singular_values: Vec<f64>,
     /// Largest over smallest singular value: large if parameters are weakly distinguished; null if
     /// it is infinite.
-    #[serde(rename = "condition_number")]
     #[schemars(with = "Option<f64>")]
-    pub(crate) condition: f64,
+    pub(crate) condition_number: f64,
     /// The combination of parameters that is determined worst; null if at most one parameter is
     /// free.
     pub(crate) worst: Option<Combination>,
     /// Names of free parameters that change no prediction.
     pub(crate) silent: Vec<Parameter>,
-}
-
-impl Identifiability {
-    /// Returns what the data determine of parameters, by their worst direction of several.
-    pub(in crate::fit) fn new(
-        parameters: Vec<Parameter>,
-        mut worst: Option<Combination>,
-        silent: Vec<Parameter>,
-    ) -> Option<Self> {
-        if let Some(worst) = &mut worst {
-            worst.words = words_of("worst", Values::from(Serde(&*worst)));
-        }
-        let worst_values = worst.as_ref().map(|worst| worst.singular_values.clone());
-        let singular_values = if parameters.len() == 1 { vec![1.0] } else { worst_values? };
-        let condition = singular_values.first()? / singular_values.last()?;
-        Some(Self { parameters, singular_values, condition, worst, silent })
-    }
 }
 
 /// How much a shot matters.
@@ -103,21 +116,21 @@ pub(crate) struct Influence {
     pub(crate) leverage: f64,
     /// Cook's distance: how far all estimates move without the shot, in their joint error, squared
     /// and per parameter; null if it is infinite, since something is then not determined.
-    #[serde(rename = "cook_distance")]
     #[schemars(with = "Option<f64>")]
-    pub(crate) cook: f64,
+    pub(crate) cook_distance: f64,
     /// How far each estimate moves without the shot, in standard errors.
-    #[serde(rename = "shift_without_it_in_std_errors", serialize_with = "by_parameter")]
-    #[schemars(with = "std::collections::BTreeMap<String, Option<f64>>")]
-    pub(crate) shifts: Vec<(Parameter, f64)>,
+    #[serde(rename = "shift_without_it_in_std_errors")]
+    #[schemars(with = "ByName<Option<f64>>")]
+    pub(crate) shifts: ByName<f64>,
 }
 
 worded! {
     /// Whether the stated noise explains the residuals.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub(crate) enum NoiseVerdict {
         /// A comparison is impossible: the noise was estimated from the residuals, or no degree of
         /// freedom is left.
+        #[default]
         NotTested = "not-tested",
         /// The residuals are as large as the stated noise.
         Explains = "explains-residuals",
@@ -137,8 +150,7 @@ written_by_name!(NoiseVerdict);
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Normality {
     /// Statistic A² of Anderson and Darling.
-    #[serde(rename = "anderson_darling")]
-    pub(crate) statistic: f64,
+    pub(crate) anderson_darling: f64,
     /// Probability of a larger statistic if the residuals are normally distributed.
     #[schemars(with = "Option<f64>")]
     pub(crate) p_value: f64,
@@ -155,13 +167,5 @@ pub(in crate::fit) fn normality_of(standardized: &[f64]) -> Option<Normality> {
     let normal = Normal::new(mean, variance.sqrt()).ok().filter(|_| variance > EXACT)?;
     let (statistic, p_value) = anderson_darling(standardized, &normal).ok()?;
     let p_value = if statistic < MAX_STATISTIC { p_value.clamp(0.0, 1.0) } else { 0.0 };
-    Some(Normality { statistic: if statistic.is_finite() { statistic } else { f64::MAX }, p_value })
-}
-
-/// Writes values by the names of their parameters.
-pub(super) fn by_parameter<T: Serialize, S: Serializer>(
-    values: &[(Parameter, T)],
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(values.iter().map(|(parameter, value)| (parameter.name(), value)))
+    Some(Normality { anderson_darling: if statistic.is_finite() { statistic } else { f64::MAX }, p_value })
 }

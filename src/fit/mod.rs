@@ -1,6 +1,5 @@
 //! Data set + settings → [`Fit`]: estimates, uncertainties, residuals and an assessment.
 
-mod access;
 pub(crate) mod analysis;
 mod bootstrap;
 mod camera;
@@ -11,22 +10,20 @@ pub(crate) mod doubts;
 pub(crate) mod film;
 pub(crate) mod film_words;
 pub(crate) mod goodness;
+mod of_balls;
 mod of_discs;
-mod of_film;
-mod of_rows;
 mod regions;
 mod request;
 mod result;
 mod verdict;
 
-pub(crate) use access::Counted;
 pub use analysis::{ExtractedDiscs, extract, extract_discs, fit, fit_watched};
 pub(crate) use bootstrap::Bootstrap;
 pub use camera::FoundCamera;
 pub(crate) use deviations::Trend;
 pub(crate) use film::FittedFilm;
 pub(crate) use film_words::Remark;
-pub(crate) use goodness::{Goodness, Identifiability, Influence, NoiseVerdict};
+pub(crate) use goodness::{Counted, Goodness, Identifiability, Influence, NoiseVerdict};
 pub(crate) use regions::Contour;
 pub use request::{Depth, Falling, FitError, Options};
 pub(crate) use result::{Computed, Diagnostics, Explanation, Noise, Residual, Robust, Scatter, Weight};

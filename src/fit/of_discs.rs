@@ -2,14 +2,12 @@
 
 use minijinja::context;
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::common::Fitted;
+use super::deviations::chance;
 use super::request::Request;
 use super::{Depth, Fit, FitError, Remark, Scatter, doubts, film_words};
 use crate::measurement::observable::{Measured, Observable};
 use crate::measurement::parameter::Parameter;
-use crate::physics::ball::Ball;
 use crate::problem::{Component, Deviations, DiscFit, FitEnd, Id, MUS, ShiftScore, Slope, fit_discs};
 
 /// Number of shots that show how much shots differ.
@@ -32,23 +30,12 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let end = FitEnd::of_frames(solution.clone(), settings, (dof, disc_fit.others.clone()), profiles);
     let deviations = deviations(&disc_fit, end.undetermined.contains(&Id::Mu));
     let request = Request { dataset: &dataset, ..request };
-    let fitted = Fitted::new(request, settings, &end, deviations, chance);
-    let discs = dataset.tracks.as_ref().and_then(|tracks| tracks.discs);
-    let distance = discs.and_then(|discs| discs.radii).map(|[first, second]| first + second);
-    let [restitution, impulse_ratio, ..] = disc_fit.scatter();
-    let mut fit = Fit {
-        ball: Ball {
-            radius: 0.5 * distance.unwrap_or_else(|| solution.value(Id::ContactDistance)),
-            mass: 1.0,
-            inertia: discs.map_or(Ball::POOL.inertia, |discs| discs.inertia),
-        },
-        object: None,
-        disc_shots: impacts.clone(),
-        scatter: Some(Scatter { restitution, impulse_ratio, is_estimated: shots >= LEAST_SHOTS }),
-        ..fitted.fit()
-    };
-    (fit.diagnostics.robust, fit.diagnostics.has_rival) = (None, !disc_fit.others.is_empty());
-    doubts::comment(&mut fit, &dataset, &[], false, notes(&disc_fit));
+    let mut fit = Fit::new(request, &end, &deviations, chance_of);
+    let [e, impulse_ratio, ..] = disc_fit.scatter();
+    fit.scatter = (shots >= LEAST_SHOTS).then_some(Scatter { e, impulse_ratio });
+    fit.disc_shots.clone_from(impacts);
+    fit.diagnostics.has_rival = !disc_fit.others.is_empty();
+    doubts::comment(&mut fit, &dataset, false, notes(&disc_fit));
     Ok(fit)
 }
 
@@ -93,13 +80,11 @@ fn deviations(found: &DiscFit, is_friction_unknown: bool) -> Vec<Option<Deviatio
 
 /// Returns the probability of a slope by chance: the scatter that is stated includes a trend, that
 /// about the line does not.
-fn chance(slope: &Slope, scores: &[Option<ShiftScore>]) -> Option<f64> {
+fn chance_of(slope: &Slope, scores: &[Option<ShiftScore>]) -> Option<f64> {
     let along: Vec<f64> = scores.iter().flatten().map(|score| score.along).collect();
     let mean = along.iter().sum::<f64>() / along.len() as f64;
     let square = along.iter().map(|along| (along - mean).powi(2)).sum::<f64>();
-    let dof = along.len() as f64 - 2.0;
-    let about_line = ((square - slope.t.powi(2)).max(f64::MIN_POSITIVE) / dof).sqrt();
-    Some(2.0 * StudentsT::new(0.0, 1.0, dof).ok()?.sf(slope.t.abs() / about_line))
+    chance(slope, square, along.len() as f64 - 2.0)
 }
 
 /// Returns what is good to know of the fit of discs.

@@ -15,7 +15,6 @@ pub(crate) const LEVELS: [f64; 2] = [0.68, 0.95];
 
 /// The confidence regions of a pair of parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[non_exhaustive]
 pub(crate) struct Contour {
     /// Names of both parameters.
     pub(crate) parameters: [Parameter; 2],
@@ -31,8 +30,7 @@ pub(crate) struct Level {
     /// Probability that the region holds both true values, as 0.68 or 0.95.
     pub(crate) probability: f64,
     /// Rise of χ² above its minimum at the edge.
-    #[serde(rename = "chi2_rise")]
-    pub(crate) rise: f64,
+    pub(crate) chi2_rise: f64,
     /// Points of the closed edge, within the bounds: values of the first and of the second
     /// parameter.
     pub(crate) edge: Vec<[f64; 2]>,
@@ -62,9 +60,9 @@ pub(in crate::fit) fn contours(
         // of films, whose χ² takes long, and of parabolas, to a tenth, the ellipse serves
         let is_ellipse = solution.is_film() || pair.iter().all(|estimate| estimate.is_in_the_middle());
         let level = |probability: f64| {
-            let rise = rise(probability, dof)?;
-            let edge = solution.region(ids.map(|id| id as usize), &root, (rise, is_ellipse))?;
-            Some(Level { probability, rise, edge })
+            let chi2_rise = rise(probability, dof)?;
+            let edge = solution.region(ids.map(|id| id as usize), &root, (chi2_rise, is_ellipse))?;
+            Some(Level { probability, chi2_rise, edge })
         };
         let levels: Option<Vec<Level>> = LEVELS.into_iter().map(level).collect();
         Some(Contour { parameters: pair.map(|estimate| estimate.parameter), centre, levels: levels? })

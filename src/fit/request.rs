@@ -190,22 +190,21 @@ impl Request<'_> {
 
     /// Returns the error of the fit of a film with the name of the data set.
     pub(crate) fn of_film(&self, error: FilmError) -> FitError {
-        let stated = &self.dataset.left_out;
         match error {
-            FilmError::NoImpact(reasons) => {
-                let unstated = reasons.into_iter().filter(|reason| !stated.contains(reason));
-                self.without_shots(stated.iter().cloned().chain(unstated))
-            }
+            FilmError::NoImpact(reasons) => self.without_shots(reasons),
             other => FitError::Film(self.title(), other),
         }
     }
 
-    fn without_shots(&self, reasons: impl IntoIterator<Item = (String, String)>) -> FitError {
-        FitError::NoUsableShot { dataset: self.title(), shots_rejected: rejected(reasons) }
+    fn without_shots(&self, reasons: Vec<(String, String)>) -> FitError {
+        FitError::NoUsableShot { dataset: self.title(), shots_rejected: self.rejected(reasons) }
     }
-}
 
-/// Returns shots that were left out, from names and reasons.
-pub(super) fn rejected(all: impl IntoIterator<Item = (String, String)>) -> Vec<Rejected> {
-    all.into_iter().map(|(shot, reason)| Rejected { shot, reason }).collect()
+    /// Returns the shots that are stated to be left out, then others, from names and reasons.
+    pub(super) fn rejected(&self, others: impl IntoIterator<Item = (String, String)>) -> Vec<Rejected> {
+        let stated = &self.dataset.left_out;
+        let others = others.into_iter().filter(|other| !stated.contains(other));
+        let all = stated.iter().cloned().chain(others);
+        all.map(|(shot, reason)| Rejected { shot, reason }).collect()
+    }
 }

@@ -1,21 +1,23 @@
-//! The result of a fit: a value, which `report` renders.
+//! The result of a fit: a value, which `report` renders, and access to it for programs.
 
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
-use super::check;
-use super::{Bootstrap, Contour, Estimate, FittedFilm, FoundCamera, Goodness, Identifiability, Remark};
+use super::{
+    Bootstrap, Contour, Counted, Estimate, FittedFilm, FoundCamera, Goodness, Identifiability, Remark,
+};
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::measurement::loss::Loss;
-use crate::measurement::number::plain;
+use crate::measurement::number::{plain, with_unit};
 use crate::measurement::observable::Observable;
+use crate::measurement::parameter::Parameter;
 use crate::physics::ball::Ball;
 use crate::physics::collision::{Effects, Fidelity};
 use crate::physics::disc::Discs;
-use crate::problem::{DiscImpact, Id, Solution};
+use crate::problem::{DiscImpact, Id, Solution, Status};
 
 /// The result of one fit: a value, which `report` renders.
 ///
@@ -29,9 +31,9 @@ pub struct Fit {
     pub(crate) group: Option<(String, String)>,
     pub(crate) cloth: Option<String>,
     pub(crate) source: Option<String>,
-    /// The cue ball; of discs, the disc that stands for both.
+    /// The cue ball.
     pub(crate) ball: Ball,
-    /// The object ball, if it is stated that it differs from the cue ball; `None` of discs, too.
+    /// The object ball, if it is stated that it differs from the cue ball.
     pub(crate) object: Option<ObjectBall>,
     /// Radii and masses of discs, if they are known.
     pub(crate) discs: Option<Discs>,
@@ -43,18 +45,15 @@ pub struct Fit {
     pub(crate) fidelity: &'static str,
     /// The estimates, in the order of `Parameter::ALL`.
     pub(crate) estimates: Vec<Estimate>,
-    /// The correlations of the estimates; NaN for those without a standard error.
-    pub(crate) correlation: DMatrix<f64>,
-    /// Sum of squared standardized residuals of what [`Fit::counted`] names, priors included.
-    pub(crate) chi2: f64,
-    /// Measured numbers less all unknowns that they determine, those of single shots included.
-    pub(crate) dof: usize,
+    /// The covariance of the estimates with parameters at bounds taken for free.
+    pub(super) covariance: DMatrix<f64>,
     /// How the noise of each observable was known, in the order of first appearance.
     pub(crate) noise: Vec<Noise>,
     pub(crate) shots_rejected: Vec<Rejected>,
     /// Measurements of every shot of discs.
     pub(crate) disc_shots: Vec<DiscImpact>,
-    /// Differences of shots of discs beyond the errors of their frames, a part of the errors.
+    /// Differences of shots of discs beyond the errors of their frames, a part of the errors, if
+    /// there are enough shots to estimate them.
     pub(crate) scatter: Option<Scatter>,
     /// The camera of footage as it was fitted, and what else was found of the film.
     pub(crate) camera: Option<FoundCamera>,
@@ -75,16 +74,132 @@ pub struct Fit {
     pub(crate) remarks: Vec<Remark>,
 }
 
+impl Fit {
+    /// Returns the label that was fitted by itself, if `[fit] by` asks for it.
+    pub fn label(&self) -> Option<&str> {
+        self.group.as_ref().map(|(_, label)| label.as_str())
+    }
+
+    /// Returns the estimates, in the order of [`Parameter::ALL`].
+    pub fn estimates(&self) -> &[Estimate] {
+        &self.estimates
+    }
+
+    /// Returns χ²: the sum of squared standardized residuals, priors included.
+    pub fn chi2(&self) -> f64 {
+        let of_numbers = || self.solution.chi2_of_data().0 + self.solution.prior_chi2();
+        if self.discs.is_some() { self.diagnostics.goodness.chi2 } else { of_numbers() }
+    }
+
+    /// Returns −2 log L at the minimum up to a constant, greatest over noises that are not stated.
+    pub fn minus_two_log(&self) -> f64 {
+        self.solution.minus_two_log()
+    }
+
+    /// Returns the degrees of freedom: measured numbers less all unknowns that they determine.
+    pub fn dof(&self) -> usize {
+        if self.discs.is_some() { self.diagnostics.goodness.dof } else { self.solution.dof() }
+    }
+
+    /// Returns whether the search stopped at a minimum.
+    pub fn converged(&self) -> bool {
+        self.solution.converged
+    }
+
+    /// Returns why the search stopped.
+    pub(crate) fn termination(&self) -> &'static str {
+        if self.converged() { "χ² has settled" } else { "too many steps" }
+    }
+
+    /// Returns the number of shots that were fitted.
+    pub fn shots_used(&self) -> usize {
+        self.solution.names().len()
+    }
+
+    /// Returns the shots that were left out, with the reasons.
+    pub fn shots_rejected(&self) -> &[Rejected] {
+        &self.shots_rejected
+    }
+
+    /// Returns whether the data contradict the model: no estimate has an error then.
+    pub fn is_refuted(&self) -> bool {
+        self.solution.is_refuted()
+    }
+
+    /// Returns the standard error of a parameter as if the model held.
+    pub fn std_error_if_model_held(&self, parameter: Parameter) -> Option<f64> {
+        let stated = self.get(parameter).and_then(|estimate| estimate.std_error);
+        stated.or_else(|| self.solution.get(Id::from(parameter))?.std_error)
+    }
+
+    /// Returns the camera of footage as it was fitted.
+    pub fn camera(&self) -> Option<&FoundCamera> {
+        self.camera.as_ref()
+    }
+
+    /// Returns the estimate of a parameter, if the fit has it.
+    pub fn get(&self, parameter: Parameter) -> Option<&Estimate> {
+        self.estimates.iter().find(|estimate| estimate.parameter == parameter)
+    }
+
+    /// The friction between the balls μ.
+    pub fn mu(&self) -> Option<&Estimate> {
+        self.get(Parameter::Mu)
+    }
+
+    /// The friction of the cloth on the object ball during the impact, μ_s.
+    pub fn mu_s(&self) -> Option<&Estimate> {
+        self.get(Parameter::MuS)
+    }
+
+    /// The coefficient of restitution between the balls, e.
+    pub fn e(&self) -> Option<&Estimate> {
+        self.get(Parameter::E)
+    }
+
+    /// The estimates of what happens at the contact: all but the ratios of the balls.
+    pub(super) fn of_contact(&self) -> impl Iterator<Item = &Estimate> {
+        self.estimates.iter().filter(|estimate| !estimate.parameter.is_of_balls())
+    }
+
+    /// Returns the range, from the estimate to a bound, of values on which χ² does not depend.
+    pub(crate) fn plateau(&self, parameter: Parameter) -> Option<[f64; 2]> {
+        let estimate = self.get(parameter)?;
+        let is_known = !self.is_refuted() && !self.noise.iter().any(Noise::is_unknown);
+        let is_flat = estimate.status == Status::Free && estimate.std_error.is_none() && is_known;
+        is_flat.then(|| [estimate.value, self.solution.problem.unknown(Id::from(parameter)).bounds[1]])
+    }
+
+    /// Returns the covariance of [`Fit::estimates`], NaN for those without a standard error.
+    pub fn covariance(&self) -> DMatrix<f64> {
+        let has_error = |i: usize| self.estimates[i].std_error.is_some();
+        let count = self.estimates.len();
+        DMatrix::from_fn(count, count, |i, j| {
+            if has_error(i) && has_error(j) { self.covariance[(i, j)] } else { f64::NAN }
+        })
+    }
+
+    /// The kind of the numbers that `chi2`, `dof` and [`super::Goodness`] count.
+    pub(crate) fn counted(&self) -> Counted {
+        self.diagnostics.goodness.counted
+    }
+
+    /// Returns how the data were fitted: all frames at once, or measured impacts and angles
+    /// directly.
+    pub fn method_name(&self) -> &'static str {
+        if self.solution.is_film() { "joint" } else { "direct" }
+    }
+}
+
 /// How far a fit can be trusted.
 #[derive(Clone, Debug, Default, Serialize, JsonSchema)]
-#[non_exhaustive]
 pub(crate) struct Diagnostics {
     /// How many shots were computed at which fidelity.
     pub(crate) computed: Vec<Computed>,
     /// Which combinations of parameters the data determine.
     pub(crate) identifiability: Option<Identifiability>,
     /// Tests of the residuals.
-    pub(crate) goodness: Option<Goodness>,
+    pub(crate) goodness: Goodness,
     /// Shots that count less under a robust loss.
     pub(crate) robust: Option<Robust>,
     /// Intervals from resampled shots (--bootstrap).
@@ -94,9 +209,6 @@ pub(crate) struct Diagnostics {
     /// Whether values outside the intervals fit nearly as well.
     #[serde(skip)]
     pub(crate) has_rival: bool,
-    /// Suspicions about the shots, or about the cloth as their paths show it.
-    #[serde(skip)]
-    pub(crate) suspicious: Vec<check::Finding>,
 }
 
 /// Shots that were computed with the same fidelity and effects.
@@ -105,15 +217,9 @@ pub(crate) struct Computed {
     /// elastic, inelastic, linear, full, ode or contact.
     pub(crate) fidelity: Fidelity,
     /// Names of the effects that were on.
-    #[serde(serialize_with = "names")]
-    #[schemars(with = "Vec<String>")]
-    pub(crate) effects: Effects,
+    pub(crate) effects: Vec<&'static str>,
     /// Number of shots.
     pub(crate) shots: usize,
-}
-
-fn names<S: Serializer>(effects: &Effects, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_seq(effects.list().into_iter().filter_map(|(name, is_on)| is_on.then_some(name)))
 }
 
 impl Computed {
@@ -134,20 +240,15 @@ impl Computed {
             for (fidelity, shots) in parts.into_iter().filter(|(_, shots)| *shots > 0) {
                 let mut effects = Effects { compliance: is_compliant, ..fidelity.effects() };
                 effects.falling_friction &= shared[Id::FallB] != 0.0;
-                match all.iter_mut().find(|known| (known.fidelity, known.effects) == (fidelity, effects)) {
+                let effects = effects.list().into_iter().filter_map(|(name, is_on)| is_on.then_some(name));
+                let effects: Vec<_> = effects.collect();
+                match all.iter_mut().find(|known| (known.fidelity, &known.effects) == (fidelity, &effects)) {
                     Some(known) => known.shots += shots,
                     None => all.push(Self { fidelity, effects, shots }),
                 }
             }
         }
         all
-    }
-
-    /// Returns each effect, and whether some shots were computed with it.
-    pub(crate) fn effects(all: &[Self]) -> impl Iterator<Item = (&'static str, bool)> {
-        let is_on =
-            |(effect, _)| (effect, all.iter().any(|own| own.effects.list().contains(&(effect, true))));
-        Effects::NONE.list().into_iter().map(is_on)
     }
 }
 
@@ -184,8 +285,7 @@ pub(crate) struct Robust {
     /// How the errors were found.
     pub(crate) covariance: &'static str,
     /// The shots that count less, the least first.
-    #[serde(rename = "weights_below_1")]
-    pub(crate) weights: Vec<Weight>,
+    pub(crate) weights_below_1: Vec<Weight>,
 }
 
 /// The weight of a shot.
@@ -202,13 +302,9 @@ pub(crate) struct Weight {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Scatter {
     /// Scatter of the restitution, dimensionless.
-    #[serde(rename = "e")]
-    pub(crate) restitution: f64,
+    pub(crate) e: f64,
     /// Scatter of J_t/J_n, dimensionless, besides what follows from that of the restitution.
     pub(crate) impulse_ratio: f64,
-    /// Whether there are enough shots to estimate it.
-    #[serde(skip)]
-    pub(crate) is_estimated: bool,
 }
 
 /// The noise of one observable.
@@ -233,9 +329,7 @@ impl Noise {
 
     /// Returns a standard deviation to a number of digits, with the unit of its column.
     pub(super) fn in_words(&self, sd: f64, digits: usize) -> String {
-        let (number, unit) = (plain(sd / self.observable.unit_si(), digits), self.observable.unit());
-        let gap = if matches!(unit, "" | "°") { "" } else { " " };
-        format!("{number}{gap}{unit}")
+        with_unit(&plain(sd / self.observable.unit_si(), digits), self.observable.unit())
     }
 }
 

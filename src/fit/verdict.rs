@@ -9,10 +9,10 @@ use serde::Serialize;
 use super::doubts::FOOTAGE;
 use super::film_words::words_of;
 use super::{Budget, Fit, Id, Status};
-use crate::measurement::parameter::Parameter;
 use crate::measurement::written::written_by_name;
 use crate::name::{by_name, worded};
 use crate::problem::Severity;
+use crate::words::symbol;
 
 /// Part of all shots of a film that may be left out as wrong ones now and then.
 const SELDOM: f64 = 0.15;
@@ -81,9 +81,8 @@ impl Fit {
             let alike = self.of_contact().filter(move |e| e.status == status);
             alike.map(|e| e.parameter.symbol()).collect::<Vec<_>>()
         };
-        let goodness = self.diagnostics.goodness.as_ref();
-        let tested = goodness.filter(|goodness| goodness.p_value.is_some() && goodness.dof > 0);
-        let scatter = self.scatter.filter(|scatter| scatter.is_estimated);
+        let goodness = &self.diagnostics.goodness;
+        let is_tested = goodness.p_value.is_some() && goodness.dof > 0;
         let rejected = self.unwanted();
         let all_shots = self.shots_used() + rejected.len();
         let are_few = rejected.len() as f64 <= (SELDOM * all_shots as f64).max(1.0);
@@ -92,8 +91,8 @@ impl Fit {
             free => with(Status::Free),
             silent => with(Status::NotIdentified),
             counted => self.counted().words(),
-            reduced_chi2 => tested.map(|found| found.chi2 / found.dof as f64),
-            scatter => scatter.map(|scatter| words_of("scatter", Values::from(Serde(scatter)))),
+            reduced_chi2 => is_tested.then(|| goodness.chi2 / goodness.dof as f64),
+            scatter => self.scatter.map(|scatter| words_of("scatter", Values::from(Serde(scatter)))),
             robust => self.diagnostics.robust.is_some(),
             film => self.footage,
             of => all_shots,
@@ -108,10 +107,9 @@ impl Fit {
     fn limited_by_masses(&self) -> Option<(&'static str, f64, f64)> {
         self.solution.get(Id::MassRatio)?.prior.filter(|prior| prior.sd >= WEIGHED)?;
         let share = |budget: &Budget| {
-            let masses = budget.shares.iter().find(|share| share.nuisance == Id::MassRatio)?.variance;
-            let all = budget.shares.iter().map(|share| share.variance).sum::<f64>() + budget.noise;
-            let parameter = Parameter::COEFFICIENTS.into_iter().find(|p| Id::from(*p) == budget.id)?;
-            (masses > 0.5 * all).then_some((parameter.symbol(), all.sqrt(), masses.sqrt()))
+            let (_, masses) = budget.parts.iter().find(|(source, _)| *source == Id::MassRatio.name())?;
+            let all = budget.std_error();
+            (masses.powi(2) > 0.5 * all.powi(2)).then_some((symbol(budget.id.name()), all, *masses))
         };
         let limited = self.budget.iter().filter_map(share);
         limited.max_by(|a, b| (a.2 / a.1).total_cmp(&(b.2 / b.1)))
@@ -160,7 +158,7 @@ mod tests {
             let mut one = good.clone();
             for fit in [&mut one, &mut all] {
                 doubt(fit);
-                fit.remarks = fit.doubts();
+                fit.remarks = fit.doubts(&[]);
                 let verdict = fit.verdict();
                 assert_eq!(verdict.grade, grade, "{said}");
                 assert!(verdict.sentence.contains(said), "{verdict:?}");

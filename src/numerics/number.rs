@@ -40,6 +40,12 @@ pub(crate) fn with_interval(value: f64, [low, high]: [f64; 2]) -> String {
     format!("{value:.*} {}", decimals_of(error), interval([low, high], Some(error)))
 }
 
+/// `0.3 m/s`, `2°`.
+pub(crate) fn with_unit(text: &str, unit: &str) -> String {
+    let space = if unit.is_empty() || unit == "°" { "" } else { " " };
+    format!("{text}{space}{unit}")
+}
+
 /// `1 shot`, `2 shots`.
 pub(crate) fn count_of(count: usize, noun: &str) -> String {
     let plural = if count == 1 { "" } else { "s" };

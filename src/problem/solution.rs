@@ -31,24 +31,22 @@ pub(crate) struct Estimate {
     pub(crate) prior: Option<Normal>,
 }
 
-/// The part of the variance of an estimate that knowing a nuisance parameter exactly would take
-/// away.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Share {
-    pub(crate) nuisance: Id,
-    pub(crate) variance: f64,
-}
-
-/// The error budget of an estimate: the parts of its variance, the largest first, and the noise of
-/// the data.
+/// The error budget of an estimate.
 #[derive(Clone, Debug)]
 pub(crate) struct Budget {
     /// The estimate's unknown.
     pub(crate) id: Id,
-    /// Parts of nuisance parameters.
-    pub(crate) shares: Vec<Share>,
-    /// Variance that is left if all nuisance parameters are known.
-    pub(crate) noise: f64,
+    /// Parts of its standard error, the largest first: name of a nuisance parameter, and what it
+    /// would take away to know that exactly; noise of the data, what is left then. Their squares add
+    /// up.
+    pub(crate) parts: Vec<(&'static str, f64)>,
+}
+
+impl Budget {
+    /// Returns the standard error.
+    pub(crate) fn std_error(&self) -> f64 {
+        self.parts.iter().map(|(_, part)| part.powi(2)).sum::<f64>().sqrt()
+    }
 }
 
 /// How much a fit depends on one shot.
@@ -185,24 +183,26 @@ impl Solution {
     }
 
     /// Returns the error budget of an unknown of the only sample: its variance nuisance by nuisance,
-    /// the most costly first, and the rest, which is the noise of the data; `None` if it has no
-    /// standard error.
+    /// and the rest, which is the noise of the data; `None` if it has no standard error.
     pub fn budget(&self, id: Id) -> Option<Budget> {
         let ids = self.determined();
         let i = ids.iter().position(|other| *other == id)?;
         let mut left = self.covariance.covariance.clone();
         let mut nuisances: Vec<usize> = (0..ids.len()).filter(|n| !Id::WANTED.contains(&ids[*n])).collect();
-        let mut shares = Vec::new();
+        let mut variances = Vec::new();
         while let Some(place) = (0..nuisances.len()).max_by(|a, b| {
             let gain = |n: usize| left[(i, nuisances[n])].powi(2) / left[(nuisances[n], nuisances[n])];
             gain(*a).total_cmp(&gain(*b))
         }) {
             let n = nuisances.swap_remove(place);
             let column: DVector<f64> = left.column(n).into_owned();
-            shares.push(Share { nuisance: ids[n], variance: column[i] * column[i] / column[n] });
+            variances.push((ids[n].name(), column[i] * column[i] / column[n]));
             left -= &column * column.transpose() / column[n];
         }
-        Some(Budget { id, shares, noise: left[(i, i)] })
+        variances.push(("noise", left[(i, i)]));
+        variances.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let parts = variances.into_iter().map(|(name, variance)| (name, variance.max(0.0).sqrt()));
+        Some(Budget { id, parts: parts.collect() })
     }
 
     /// Returns how much the fit depends on each shot of the only sample, in the order of the shots;

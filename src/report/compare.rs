@@ -11,9 +11,9 @@ use super::shots::shot_list;
 use super::templates;
 use super::write::Staged;
 use super::{ReportError, chi2_of, csv};
-use crate::compare::{Compared, Comparison, NOT_CONVERGED};
+use crate::compare::{Comparison, NOT_CONVERGED};
+use crate::fit::film_words::words_of;
 use crate::fit::{Counted, Grade, Verdict};
-use crate::measurement::number::with_error;
 use crate::problem::Block;
 
 /// The template of the report.
@@ -68,34 +68,9 @@ pub(super) fn termination(comparison: &Comparison) -> &'static str {
 /// Returns whether the comparison can be used: what differs, the first reason for doubt, or why it
 /// cannot.
 pub(super) fn verdict(comparison: &Comparison) -> Verdict {
-    let grade = comparison.grade();
-    let outcomes = comparison.quantities.iter().filter_map(outcome);
-    let outcomes = outcomes.collect::<Vec<_>>().join("; ");
-    let sentence = match comparison.warnings().first() {
-        Some(first) if outcomes.is_empty() || grade == Grade::Unusable => (*first).to_owned(),
-        Some(first) => format!("{outcomes}. But: {first}"),
-        None if outcomes.is_empty() => {
-            "A comparison is impossible: no quantity that is not shared is determined by two of them."
-                .to_owned()
-        }
-        None => format!("{outcomes}."),
-    };
-    Verdict { grade, sentence }
-}
-
-/// Returns whether a quantity differs, if it is compared.
-fn outcome(compared: &Compared) -> Option<String> {
-    let symbol = compared.quantity.symbol();
-    let [only] = compared.differences.as_slice() else {
-        let real = compared.differences.iter().filter(|difference| difference.real).count();
-        let pairs = compared.differences.len();
-        return (pairs > 0).then(|| format!("{symbol} differs in {real} of {pairs} pairs"));
-    };
-    let by = with_error(only.value, only.std_error);
-    let difference = format!("{} − {} = {by}", only.second, only.first);
-    Some(if only.real {
-        format!("{symbol} differs: {difference}")
-    } else {
-        format!("no difference in {symbol} is seen ({difference})")
-    })
+    let (grade, warnings) = (comparison.grade(), comparison.warnings());
+    let quantities = Serde(&comparison.quantities);
+    let first = warnings.first().copied();
+    let values = context! { quantities, first, is_unusable => grade == Grade::Unusable };
+    Verdict { grade, sentence: words_of("compared", values) }
 }

@@ -7,10 +7,11 @@ use super::document::FitDocument;
 use super::plot::{self, Figure};
 use super::shots::{shot_list, tracks};
 use super::templates;
-use super::terminal::{UNKNOWN_COLUMNS, cells, estimate, parameters, rare, table, unknowns, with_unit};
-use super::{Budget, ReportError, budgets, chi2_words, title};
+use super::terminal::{UNKNOWN_COLUMNS, cells, estimate, parameters, rare, table, unknowns};
+use super::{ReportError, chi2_words, sources, title};
 use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
-use crate::measurement::number::{interval, plain};
+use crate::measurement::number::{interval, plain, with_unit};
+use crate::problem::Budget;
 use crate::words::symbol;
 
 /// The templates of one fit and of several.
@@ -102,12 +103,12 @@ fn parameter(fit: &Fit, own: &Estimate) -> Vec<String> {
 /// Returns the name of a fit, a parameter, its error and the parts of that, the largest first, for
 /// each of μ, μ_s and e.
 fn budget(fit: &Fit) -> Vec<[String; 4]> {
-    let row = |budget: Budget| {
-        let parts = budget.parts.iter().map(|(source, error)| format!("{source} {}", plain(*error, 2)));
-        let parts = parts.collect::<Vec<_>>().join(", ");
-        let error = format!("± {}", plain(budget.std_error, 2));
-        [title(fit), symbol(budget.of.name()).to_owned(), error, parts]
+    let row = |budget: &Budget| {
+        let parts = sources(budget).into_iter();
+        let parts = parts.map(|(source, error)| format!("{source} {}", plain(error, 2)));
+        let error = format!("± {}", plain(budget.std_error(), 2));
+        [title(fit), symbol(budget.id.name()).to_owned(), error, parts.collect::<Vec<_>>().join(", ")]
     };
     let usable = Some(fit).filter(|fit| fit.verdict().grade != Grade::Unusable);
-    usable.map_or_else(Vec::new, budgets).into_iter().map(row).collect()
+    usable.into_iter().flat_map(|fit| &fit.budget).map(row).collect()
 }

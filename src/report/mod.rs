@@ -19,10 +19,12 @@ pub(crate) mod write;
 pub(crate) use write::fit_folder;
 pub use write::{folder_name, group_folders, write};
 
+use minijinja::context;
+
+use crate::fit::film_words::words_of;
 use crate::fit::{Counted, Fit};
-use crate::measurement::number::plain;
 use crate::physics::disc::Discs;
-use crate::problem::{self, Id};
+use crate::problem::Budget;
 use crate::words::symbol;
 
 /// Why a report cannot be made: a file that cannot be written, or a figure, a page or a JSON
@@ -54,19 +56,12 @@ pub(crate) fn title(fit: &Fit) -> String {
 /// Returns χ² per degree of freedom, what it counts, and whether the noise of some observable was
 /// estimated from the residuals of this very fit, which draws χ²/dof towards 1 for any the model.
 fn chi2_words(fit: &Fit) -> String {
-    chi2_of(fit.counted(), fit.chi2, fit.dof, fit.noise.iter().any(|noise| noise.estimated_sd.is_some()))
+    chi2_of(fit.counted(), fit.chi2(), fit.dof(), fit.noise.iter().any(|noise| noise.estimated_sd.is_some()))
 }
 
 /// Returns χ² per degree of freedom in words.
 fn chi2_of(counted: Counted, chi2: f64, dof: usize, is_estimated: bool) -> String {
-    if dof == 0 {
-        return "no degrees of freedom: the fit passes through the data and cannot be tested".to_owned();
-    }
-    let reduced = chi2 / dof as f64;
-    // three digits if two decimals are 0
-    let text = if (0.01..100.0).contains(&reduced) { format!("{reduced:.2}") } else { plain(reduced, 3) };
-    let how = if is_estimated { "; noise estimated from the residuals" } else { "" };
-    format!("χ²/dof of {} = {text} (χ² = {}, {dof} dof{how})", counted.words(), plain(chi2, 4))
+    words_of("chi2", context! { counted => counted.words(), chi2, dof, is_estimated })
 }
 
 /// Returns a unit in files for programs: plain ASCII, `1` for a ratio.
@@ -82,22 +77,9 @@ fn speed_unit(discs: &Discs) -> &'static str {
     if discs.in_seconds { "m/s" } else { "m per frame" }
 }
 
-/// Sources of the standard error of a parameter, by their symbols, the largest first, without those
-/// below a tenth of the standard error.
-struct Budget {
-    of: Id,
-    std_error: f64,
-    parts: Vec<(String, f64)>,
-}
-
-fn budgets(fit: &Fit) -> Vec<Budget> {
-    let budget = |found: &problem::Budget| {
-        let parts = document::budget(found).into_iter();
-        let parts = parts.filter_map(|part| Some((symbol(&part.source).to_owned(), part.std_error?)));
-        let mut parts: Vec<_> = parts.collect();
-        let std_error = parts.iter().map(|(_, error)| error.powi(2)).sum::<f64>().sqrt();
-        parts.retain(|(_, error)| *error >= 0.1 * std_error);
-        Budget { of: found.id, std_error, parts }
-    };
-    fit.budget.iter().map(budget).collect()
+/// Returns the sources of a standard error by their symbols, the largest first, without those below
+/// a tenth of it.
+fn sources(budget: &Budget) -> Vec<(&'static str, f64)> {
+    let large = budget.parts.iter().filter(|(_, part)| *part >= 0.1 * budget.std_error());
+    large.map(|(name, part)| (symbol(name), *part)).collect()
 }

@@ -6,7 +6,7 @@ use minijinja::{Value as Values, context};
 
 use super::plot::ends;
 use super::templates::{self, Table};
-use super::{budgets, chi2_words};
+use super::{chi2_words, sources};
 use crate::fit::{Estimate, Fit, Grade, Status, Verdict};
 use crate::measurement::number::{plain, with_error, with_interval};
 use crate::measurement::parameter::Parameter;
@@ -132,22 +132,21 @@ pub(super) const UNKNOWN_COLUMNS: [&str; 5] =
 /// Returns what all shots share, if the data determine it, with its errors, the pulls of priors in
 /// their standard deviations, and the largest parts of the errors.
 pub(super) fn unknowns(fit: &Fit, is_shown: impl Fn(Id) -> bool) -> Vec<Vec<String>> {
-    let budgets = budgets(fit);
     let is_determined = |id: Id| {
         let parameters = Parameter::ALL.into_iter().filter(|parameter| Id::from(*parameter) == id);
         parameters.filter_map(|parameter| fit.get(parameter)).all(|estimate| estimate.std_error.is_some())
     };
     let row = |unknown: &problem::Estimate| {
         let error = unknown.std_error.filter(|error| *error > 0.0)?;
-        let budget = budgets.iter().find(|budget| budget.of == unknown.id);
-        let largest = budget.and_then(|budget| budget.parts.first());
+        let budget = fit.budget.iter().find(|budget| budget.id == unknown.id);
+        let largest = budget.and_then(|budget| sources(budget).into_iter().next());
         let pull = unknown.prior.map(|prior| (unknown.value - prior.mean) / prior.sd);
         Some(vec![
             symbol(unknown.id.name()).to_owned(),
             with_error(unknown.value, error),
             format!("{} %", plain(100.0 * (error / unknown.value).abs(), 2)),
             pull.map_or(String::new(), |pull| format!("{pull:+.1}")),
-            largest.map_or(String::new(), |(source, error)| format!("{source}, ± {}", plain(*error, 2))),
+            largest.map_or(String::new(), |(source, error)| format!("{source}, ± {}", plain(error, 2))),
         ])
     };
     let unknowns = fit.solution.estimates();
@@ -161,11 +160,6 @@ pub(super) fn parameters(fits: &[Fit]) -> Vec<Parameter> {
     let has = |parameter: Parameter| fits.iter().any(|fit| fit.get(parameter).is_some());
     let is_shown = |p: &Parameter| Parameter::COEFFICIENTS.contains(p) || has(*p) && !p.is_of_balls();
     Parameter::ALL.into_iter().filter(is_shown).collect()
-}
-
-pub(super) fn with_unit(text: &str, unit: &str) -> String {
-    let space = if unit.is_empty() || unit == "°" { "" } else { " " };
-    format!("{text}{space}{unit}")
 }
 
 /// Returns an estimate in one cell.

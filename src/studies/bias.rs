@@ -137,7 +137,7 @@ pub(crate) fn bias(dataset: &Dataset, way: Way) -> Result<Row, FitError> {
         fidelity: way.name,
         kappa: dataset.settings[Parameter::Kappa].initial,
         parameters: parameters.into(),
-        chi2_per_observation: fitted.chi2 / observations as f64,
+        chi2_per_observation: fitted.chi2() / observations as f64,
         seconds: begun.elapsed().as_secs_f64(),
     })
 }

@@ -75,6 +75,16 @@ impl DiscImpact {
         (Point::from(self.paths.place(disc, time)) / unit + middle).into()
     }
 
+    /// Returns the doubts of its numbers as clauses, also that the discs stick together.
+    pub fn doubts(&self) -> Vec<String> {
+        self.stuck.iter().map(Stuck::sentence).chain(self.doubts.iter().cloned()).collect()
+    }
+
+    /// Returns the number of frames that were left out as wrong.
+    pub fn outliers(&self) -> usize {
+        self.outliers
+    }
+
     /// Returns the reason for which no law can be fitted to the shot, if there is one.
     pub(crate) fn find_fault(&self) -> Option<String> {
         let Some(stuck) = &self.stuck else { return self.find_impossible_restitution() };

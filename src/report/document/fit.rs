@@ -1,15 +1,15 @@
 //! fit.json: a fit for programs.
 
 use serde::Deserialize;
-use serde_json::{Number, Value};
+use serde_json::{Number, Value, json};
 
 use super::{ByName, Made, document, each, finite, named};
-use crate::fit::{
-    self, Computed, Counted, Diagnostics, Explanation, Fit, FoundCamera, Rejected, Scatter, Verdict,
-};
+use crate::fit::{self, Counted, Diagnostics, Explanation, Fit, FoundCamera, Rejected, Scatter, Verdict};
 use crate::measurement::dataset::{Measured, ObjectBall};
 use crate::physics::ball::Ball;
-use crate::problem::{self, Budget, Finding, Severity, Status};
+use crate::physics::collision::Effects;
+use crate::physics::disc::Discs;
+use crate::problem::{self, Finding, Id, Severity, Status};
 use crate::report::ascii;
 
 /// Numbers that were found of a film, by their names.
@@ -51,7 +51,8 @@ document! {
         method: String = fit.method_name().to_owned(),
         /// Whether the model contains each effect, by its name.
         effects: ByName<bool> = {
-            Computed::effects(&fit.diagnostics.computed).map(|(name, on)| (name.to_owned(), on)).collect()
+            let is_on = |name: &str| fit.diagnostics.computed.iter().any(|own| own.effects.contains(&name));
+            named(&Effects::NONE.list(), |(name, _)| (*name, is_on(name)))
         },
         /// Findings, the most important first.
         findings: Vec<Found> = each(&fit.remarks, Found::new),
@@ -69,11 +70,11 @@ document! {
         #[schemars(extend("enum" = Counted::ALL.map(Counted::name)))]
         counted: String = fit.counted().name().to_owned(),
         /// Sum of the squared standardized residuals, priors included.
-        chi2: Option<f64> = finite(fit.chi2),
+        chi2: Option<f64> = finite(fit.chi2()),
         /// Degrees of freedom.
-        dof: usize = fit.dof,
+        dof: usize = fit.dof(),
         /// chi2/dof.
-        reduced_chi2: Option<f64> = (fit.dof > 0).then(|| fit.chi2 / fit.dof as f64).and_then(finite),
+        reduced_chi2: Option<f64> = (fit.dof() > 0).then(|| fit.chi2() / fit.dof() as f64).and_then(finite),
         /// The camera of a film as it was fitted, and other findings on the film. A correction of 0
         /// (of scale, aspect and object_scale 1) has no effect. estimate and std_error; of
         /// dropped_frames the number of shots with drops and of drops; of left_out_at_impacts the
@@ -84,7 +85,9 @@ document! {
         unknowns: Vec<Unknown> = each(&fit.solution.estimates(), Unknown::new),
         /// The sources of the standard errors of mu, mu_s and e, the largest part first; empty for
         /// those without one.
-        budget: ByName<Vec<BudgetPart>> = named(&fit.budget, |own| (own.id.name(), budget(own))),
+        budget: ByName<Vec<BudgetPart>> = named(&fit.budget, |own| {
+            (own.id.name(), each(&own.parts, |(name, error)| BudgetPart::new(name, *error)))
+        }),
         /// Explanations of residuals that the equations or the stated numbers leave, the best
         /// first.
         #[serde(skip_deserializing)]
@@ -106,7 +109,7 @@ document! {
         /// Standard deviations between shots of discs beyond the errors of their frames, which the
         /// errors of the parameters include.
         #[serde(skip_serializing_if = "Option::is_none", skip_deserializing)]
-        scatter: Option<Scatter> = fit.scatter.filter(|scatter| scatter.is_estimated),
+        scatter: Option<Scatter> = fit.scatter,
         /// Whether the search ended at a minimum.
         converged: bool = fit.converged(),
         /// Why the search ended.
@@ -180,7 +183,10 @@ document! {
         order: Vec<String> = each(&fit.estimates, |found| found.parameter.name().to_owned()),
         /// Rows and columns in this order, −1 to 1; null if a parameter has no standard error.
         matrix: Vec<Vec<Option<f64>>> = {
-            fit.correlation.row_iter().map(|row| row.iter().map(|value| finite(*value)).collect()).collect()
+            let (covariance, places) = (fit.covariance(), 0..fit.estimates.len());
+            let scale = |i: usize, j: usize| (covariance[(i, i)] * covariance[(j, j)]).sqrt();
+            let row = |i: usize| places.clone().map(|j| finite(covariance[(i, j)] / scale(i, j))).collect();
+            places.clone().map(row).collect()
         },
     }
 
@@ -224,11 +230,11 @@ document! {
 
     /// A part of a standard error: the squares of all add up to its square.
     #[derive(Deserialize)]
-    BudgetPart(name: &str, variance: f64) {
+    BudgetPart(name: &str, error: f64) {
         /// Name of another unknown, as in unknowns; or noise: what remains if all others are known.
         source: String = name.to_owned(),
         /// Its part of the standard error, in the unit of the parameter.
-        std_error: Option<f64> = finite(variance.max(0.0).sqrt()),
+        std_error: Option<f64> = finite(error),
     }
 
     /// The noise of one observable.
@@ -256,15 +262,10 @@ impl FitDocument {
 
 /// Returns the numbers of a remark.
 fn numbers(remark: &fit::Remark) -> serde_json::Map<String, Value> {
-    match serde_json::to_value(&remark.values) {
-        Ok(Value::Object(mut values)) => {
-            for key in ["kind", "beside"] {
-                values.shift_remove(key);
-            }
-            values
-        }
-        _ => serde_json::Map::new(),
-    }
+    let values = serde_json::to_value(&remark.values).unwrap_or_default();
+    let entries = values.as_object().into_iter().flatten();
+    let numbers = entries.filter(|(key, _)| !["kind", "beside"].contains(&key.as_str()));
+    numbers.map(|(key, value)| (key.clone(), value.clone())).collect()
 }
 
 impl Body {
@@ -280,10 +281,12 @@ impl Body {
 /// Returns the cue ball or the object ball, or one of two discs (0 or 1): of discs with the mass
 /// only if it is stated.
 pub(in crate::report) fn body(fit: &Fit, which: usize) -> Body {
-    let body = Body::of_balls(&fit.ball, fit.object.as_ref(), which);
-    let Some(discs) = fit.discs else { return body };
-    let radius_m = discs.radii.map_or(body.radius_m, |radii| radii[which]);
-    Body { radius_m, mass_kg: discs.masses.map(|masses| masses[which]), ..body }
+    let Some(Discs { radii, masses, inertia, .. }) = fit.discs else {
+        return Body::of_balls(&fit.ball, fit.object.as_ref(), which);
+    };
+    let half_distance = 0.5 * fit.solution.value(Id::ContactDistance);
+    let (radius_m, mass_kg) = (radii.map_or(half_distance, |all| all[which]), masses.map(|all| all[which]));
+    Body { radius_m, mass_kg, inertia, radius_m_sd: None, mass_kg_sd: None }
 }
 
 fn interval(ends: Option<[f64; 2]>) -> Option<[f64; 2]> {
@@ -292,35 +295,25 @@ fn interval(ends: Option<[f64; 2]>) -> Option<[f64; 2]> {
 
 /// Returns the camera as it was fitted, and what else was found of a film.
 fn film(found: &FoundCamera, findings: &[Finding]) -> ByName<FilmEntry> {
-    let estimate = |Measured { value, sd }: Measured| {
-        [("estimate", Number::from_f64(value)), ("std_error", sd.and_then(Number::from_f64))]
-    };
-    let counts =
-        |names: [&'static str; 2], counts: [usize; 2]| [0, 1].map(|i| (names[i], Some(counts[i].into())));
-    let without_error = |value| estimate(Measured { value, sd: None });
-    let mut all: Vec<_> = each(&found.corrections(), |(which, found)| (which.name(), estimate(*found)));
-    all.extend(found.noise_correlation().map(|rho| ("noise_correlation", without_error(rho))));
-    all.push(("resolution_m", without_error(found.resolution)));
-    let drops = findings.iter().find_map(|finding| match *finding {
-        Finding::Drops { shots, drops } => Some([shots, drops]),
-        _ => None,
-    });
-    all.push(("dropped_frames", counts(["shots", "drops"], drops.unwrap_or_default())));
-    all.extend(findings.iter().find_map(|finding| match *finding {
-        Finding::Spoiled { before, after } => {
-            Some(("left_out_at_impacts", counts(["before", "after"], [before, after])))
-        }
-        _ => None,
-    }));
-    let known = |(key, number): &(&str, Option<Number>)| Some(((*key).to_owned(), number.clone()?));
-    named(&all, |(name, numbers)| (name, numbers.iter().filter_map(known).collect()))
+    let mut all = named(&found.corrections(), |(which, found)| (which.name(), numbers_of(json!(found))));
+    let mut add = |name: &str, entry: Value| all.insert(name.to_owned(), numbers_of(entry));
+    if let Some(rho) = found.noise_correlation() {
+        add("noise_correlation", json!({ "estimate": rho }));
+    }
+    add("resolution_m", json!({ "estimate": found.resolution }));
+    add("dropped_frames", json!({ "shots": 0, "drops": 0 }));
+    for finding in findings {
+        match finding {
+            Finding::Drops { .. } => add("dropped_frames", json!(finding)),
+            Finding::Spoiled { .. } => add("left_out_at_impacts", json!(finding)),
+            _ => None,
+        };
+    }
+    all
 }
 
-/// Returns the parts of a standard error, the largest first.
-pub(in crate::report) fn budget(found: &Budget) -> Vec<BudgetPart> {
-    let mut parts: Vec<(&str, f64)> =
-        found.shares.iter().map(|share| (share.nuisance.name(), share.variance)).collect();
-    parts.push(("noise", found.noise));
-    parts.sort_by(|a, b| b.1.total_cmp(&a.1));
-    parts.into_iter().map(|(name, variance)| BudgetPart::new(name, variance)).collect()
+/// Returns the numbers of an object that are known.
+fn numbers_of(object: Value) -> FilmEntry {
+    let entries = object.as_object().into_iter().flatten();
+    entries.filter_map(|(key, value)| Some((key.clone(), value.as_number()?.clone()))).collect()
 }

@@ -10,7 +10,6 @@ mod fit;
 mod printed;
 
 pub(crate) use compare::*;
-pub(super) use fit::budget;
 pub(crate) use fit::*;
 pub(crate) use printed::*;
 use schemars::generate::SchemaSettings;
@@ -19,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::ReportError;
+pub(crate) use crate::measurement::written::ByName;
 
 /// `format_version` of the documents: raised if a key is renamed or dropped, or changes its
 /// meaning.
@@ -66,9 +66,6 @@ macro_rules! document {
     )+ };
 }
 use document;
-
-/// A value for each of several names, in their order.
-pub(crate) type ByName<T> = indexmap::IndexMap<String, T>;
 
 /// Returns a document as text, with a newline at its end and numbers rounded to `DIGITS`. Numbers
 /// that are not finite become `null`.

@@ -11,7 +11,8 @@ use crate::fit::{Contour, Fit, Status};
 use crate::measurement::dataset::Measured;
 use crate::measurement::number::plain;
 use crate::measurement::parameter::{Parameter, Setting};
-use crate::report::{Budget, speed_unit, title};
+use crate::problem::Budget;
+use crate::report::{sources, speed_unit, title};
 use crate::studies::accuracy::{Includes, Row};
 use crate::words::symbol;
 
@@ -51,10 +52,10 @@ pub(in crate::report) fn discs(fit: &Fit) -> Figure {
     let e_curve =
         e_curve.map(|e| [0.0, 1.05 * fastest].map(|speed| [speed, e.value - slope * speed]).to_vec());
     let curves = [e_curve.unwrap_or_default(), friction_curve(fit)];
-    let scatter = fit.scatter.filter(|scatter| scatter.is_estimated).unwrap_or_default();
+    let scatter = fit.scatter.unwrap_or_default();
     let speed = format!("closing speed ({})", fit.discs.as_ref().map_or("m/s", speed_unit));
     let meanings = [
-        ("e against the closing speed", speed.as_str(), "e", scatter.restitution),
+        ("e against the closing speed", speed.as_str(), "e", scatter.e),
         (
             "Friction against the slip",
             "slip before the impact / closing speed",
@@ -100,10 +101,12 @@ pub(super) fn budget(budgets: &[Budget]) -> Panel {
     const SOURCES: usize = 4;
     let mut bars: Vec<(String, f64, usize)> = Vec::new();
     for (series, found) in budgets.iter().enumerate() {
-        let name = symbol(found.of.name());
-        bars.extend(found.parts.iter().take(SOURCES).map(|(source, error)| {
-            (format!("{name}: {source}"), 100.0 * (error / found.std_error).powi(2), series)
-        }));
+        let (name, whole) = (symbol(found.id.name()), found.std_error());
+        bars.extend(
+            sources(found).into_iter().take(SOURCES).map(|(source, error)| {
+                (format!("{name}: {source}"), 100.0 * (error / whole).powi(2), series)
+            }),
+        );
     }
     bars.reverse();
     let words = Axis::with("", Scale::Words(bars.iter().map(|(words, ..)| words.clone()).collect()));
@@ -149,8 +152,8 @@ pub(in crate::report) fn forest(comparison: &Comparison) -> Figure {
         let label = |value: &Value| value.label.clone().unwrap_or("all".to_owned());
         let words = compared.estimates.iter().rev().map(label).collect();
         let about = if compared.shared { "one value for all" } else { "" };
-        let symbol = compared.quantity.symbol();
-        let x = Axis::new(format!("{symbol}, {}", compared.quantity.meaning()));
+        let symbol = compared.parameter.symbol();
+        let x = Axis::new(format!("{symbol}, {}", compared.parameter.meaning()));
         let mut panel = Panel::new(symbol, about, x, Axis::with("", Scale::Words(words)));
         for (row, value) in compared.estimates.iter().rev().enumerate() {
             let series = comparison.labels.iter().position(|label| Some(label) == value.label.as_ref());

@@ -10,9 +10,9 @@ use super::others::budget;
 use super::{ALARM, Axis, BAND, CUT_AXIS, Figure, GREY, INK, Label, Panel, Point, Scale};
 use crate::compare::Comparison;
 use crate::fit::{Fit, FittedFilm, Residual};
-use crate::measurement::number::count_of;
-use crate::report::terminal::{estimate, with_unit};
-use crate::report::{budgets, chi2_words, speed_unit, title};
+use crate::measurement::number::{count_of, with_unit};
+use crate::report::terminal::estimate;
+use crate::report::{chi2_words, sources, speed_unit, title};
 
 /// Names of axes.
 const STANDARDIZED: &str = "(measured − predicted) / sd";
@@ -27,10 +27,9 @@ pub(in crate::report) fn residuals(fit: &Fit) -> Figure {
     });
     let mut panels = observed.against(&speed_axis);
     panels.extend(observed.quantiles());
-    let budgets = budgets(fit);
-    let is_noise_alone = budgets.iter().flat_map(|found| &found.parts).all(|(source, _)| source == "noise");
-    if !is_noise_alone || panels.is_empty() && !budgets.is_empty() {
-        panels.push(budget(&budgets));
+    let is_noise_alone = fit.budget.iter().flat_map(sources).all(|(source, _)| source == "noise");
+    if !is_noise_alone || panels.is_empty() && !fit.budget.is_empty() {
+        panels.push(budget(&fit.budget));
     }
     let estimates = fit.estimates.iter().map(|one| {
         let value = with_unit(&estimate(fit, one), one.parameter.unit());
