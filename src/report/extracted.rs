@@ -178,15 +178,12 @@ fn per_frame(name: &str) -> String {
 
 fn discs_table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
     let name = |column: &str| if discs.in_seconds { column.to_owned() } else { per_frame(column) };
-    let columns = extracted.iter().take(1).flat_map(|(_, impact)| &impact.values);
-    let measured: String = columns.map(|(column, _)| format!(",{0},{0}_sd", name(column))).collect();
     let row = |(shot, impact): &(TrackShot, DiscImpact)| {
         let mut row = csv::row_of(json!({ "shot": shot.name }));
         for (column, measured) in &impact.values {
-            let Some(Measured { value, sd }) = *measured else { continue };
-            row.insert(name(column), value.into());
+            row.insert(name(column), measured.map(|measured| measured.value).into());
             // what is stated has no error here
-            row.insert(format!("{}_sd", name(column)), sd.into());
+            row.insert(format!("{}_sd", name(column)), measured.and_then(|measured| measured.sd).into());
         }
         row.extend(csv::row_of(json!({
             "mass_ratio_from": if discs.masses.is_some() { "masses" } else { "momentum" },
@@ -200,7 +197,7 @@ fn discs_table(discs: &Discs, extracted: &[(TrackShot, DiscImpact)]) -> String {
         })));
         row
     };
-    csv::table(&format!("shot{measured}"), &extracted.iter().map(row).collect::<Vec<_>>())
+    csv::table("", &extracted.iter().map(row).collect::<Vec<_>>())
 }
 
 /// Returns what there is to say of the impacts of discs, a line each.

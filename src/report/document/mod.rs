@@ -5,11 +5,9 @@
 //! for what is not known. Keys may be added, and not renamed or dropped while `FORMAT_VERSION`
 //! stays.
 
-mod compare;
 mod fit;
 mod printed;
 
-pub(crate) use compare::*;
 pub(crate) use fit::*;
 pub(crate) use printed::*;
 use schemars::generate::SchemaSettings;

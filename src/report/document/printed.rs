@@ -1,21 +1,66 @@
-//! The JSON that `design`, `check`, `extract`, `synth`, `collide` and `accuracy` print with
-//! `--json`.
+//! The JSON that `compare`, `design`, `check`, `extract`, `synth`, `collide` and `accuracy` print
+//! with `--json`.
 
 use std::path::Path;
 
 use super::{Body, ByName, Made, document, each, named};
+use crate::compare::{Compared, Comparison, Robust, SampleSummary};
 use crate::design::{ByCoefficient, Design, FewestShots, Kind, Together, by_coefficient};
-use crate::fit::{Rejected, check};
-use crate::io::cases::Computed;
+use crate::fit::{Computed, Counted, Rejected, Verdict, check};
+use crate::io::cases;
 use crate::measurement::dataset::Dataset;
 use crate::physics::ball::BallState;
 use crate::physics::collision::{Coefficients, Fidelity, Outcome, effects};
-use crate::report::ascii;
+use crate::report::{ascii, compare as words};
 use crate::simulate::Spec;
 use crate::studies::accuracy::Row;
 use crate::studies::bias;
 
 document! {
+    /// compare.json of caromfit
+    ///
+    /// A comparison of data sets. Numbers are SI and radians except where a unit stands beside
+    /// them; null stands for what is not known.
+    CompareDocument(comparison: &Comparison) [made: Made, of Comparison] {
+        /// Whether the numbers can be used.
+        verdict: Verdict = words::verdict(comparison),
+        /// Collision model.
+        fidelity: &'static str = comparison.fidelity.map_or("auto", Fidelity::name),
+        /// joint: all frames of films of balls at once; direct: the numbers of tables.
+        #[schemars(extend("enum" = ["joint", "direct"]))]
+        method: &'static str = if words::counted(comparison) == Counted::Coordinates { "joint" } else { "direct" },
+        /// How many shots were computed at which fidelity.
+        computed: Vec<Computed> = Computed::of(&comparison.solution, comparison.fidelity),
+        /// Shots that count less under a robust loss.
+        robust: Option<Robust> = comparison.robust.clone(),
+        /// Notes, in sentences.
+        notes: Vec<String> = each(&comparison.notes(), |note| (*note).to_owned()),
+        /// The distinction of the labels: cloth, data set, or a column.
+        told_by: String = comparison.told_by.clone(),
+        /// The compared quantities.
+        labels: Vec<String> = comparison.labels.clone(),
+        /// Warnings, in sentences, the most important first.
+        warnings: Vec<String> = each(&comparison.warnings(), |warning| (*warning).to_owned()),
+        /// The data sets or labels, with their shots.
+        samples: Vec<SampleSummary> = comparison.samples.clone(),
+        /// The parameters.
+        parameters: Vec<Compared> = comparison.quantities.clone(),
+        /// The numbers that chi2 and dof count: angles (and speeds), velocities, coordinates of
+        /// frames, or impulses of discs.
+        counted: Counted = words::counted(comparison),
+        /// Sum of the squared standardized residuals, priors included.
+        #[schemars(with = "Option<f64>")]
+        chi2: f64 = comparison.chi2(),
+        /// Degrees of freedom.
+        dof: usize = comparison.solution.dof(),
+        /// Whether the noise was estimated from the residuals.
+        noise_estimated: bool = comparison.noise_estimated,
+        /// Whether the search ended at a minimum.
+        converged: bool = comparison.solution.converged,
+        /// Why the search ended.
+        termination: &'static str = words::termination(comparison),
+    }
+
     /// design.json of caromfit, which caromfit design --json prints
     ///
     /// Errors that shots of each kind would have, before they are played. null stands for an
@@ -117,7 +162,7 @@ document! {
     /// One collision; with --cases, caromfit collide --json prints an array of these. The frame is
     /// that of the collision: x from the cue ball to the object ball, y 90° counter-clockwise from
     /// it seen from above, z upwards.
-    CollideDocument(computed: &Computed, explained: Option<[effects::Estimate; 10]>) [made: Made] {
+    CollideDocument(computed: &cases::Computed, explained: Option<[effects::Estimate; 10]>) [made: Made] {
         /// Name of the case.
         name: String = computed.case.name.clone(),
         /// Collision model: elastic, inelastic, linear, full, ode or contact.
