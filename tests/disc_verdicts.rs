@@ -113,6 +113,12 @@ fn discs_whose_rotation_nobody_saw_are_told_what_helps_and_it_does() {
     let pull = (e["estimate"].as_f64().unwrap() - E) / e["std_error"].as_f64().unwrap();
     assert!(pull.abs() < FAR, "{e}");
     assert_eq!(free.json()["parameters"]["mu"]["status"], "not-identified");
+    // where one shot alone states how its discs turn, no law of friction has a part
+    let of_one = Lab::new(&settings.replace("[tracks]", "[tracks]\nshots = \"shots.csv\""), &centres);
+    let first = &extracted[0].0.name;
+    fs::write(of_one.0.path().join("shots.csv"), format!("shot,cue_spin\n{first},stun\n")).unwrap();
+    of_one.done("fit");
+    assert!(!of_one.written("fit.json").contains("in e and"), "{first}");
     let advised = settings.replace("[video]", "[cue_spin]\nassume = \"stun\"\n[video]");
     let lab = Lab::new(&advised, &centres);
     lab.done("fit");

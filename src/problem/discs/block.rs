@@ -170,9 +170,15 @@ impl DiscBlock {
         std::iter::once(off_restitution).chain(off_friction).enumerate().map(number).collect()
     }
 
-    /// Returns whether shot `i` shows a law of friction, which a single shot does not.
+    /// Returns whether the shots show a law of friction: a single one does not, nor do shots whose slip
+    /// is free.
+    pub(super) fn show_friction(&self) -> bool {
+        self.shots.iter().filter(|shot| shot.knows_slip).take(2).count() > 1
+    }
+
+    /// Returns whether shot `i` has a part in a law of friction.
     fn shows_friction(&self, i: usize) -> bool {
-        self.has_law && self.shots[i].knows_slip && self.shots.len() > 1
+        self.has_law && self.shots[i].knows_slip && self.show_friction()
     }
 
     /// Returns what is known of own unknowns of shot `i`.

@@ -82,12 +82,11 @@ pub(crate) fn fit_discs(dataset: &Dataset) -> Result<DiscFit, FilmError> {
 }
 
 /// Returns the minima with the likelier law, the likeliest first, and the finding that its contact
-/// is compliant though that is not stated. A single shot shows no law of friction, nor do shots
-/// whose slip is free.
+/// is compliant though that is not stated.
 fn choose_law(free: &Prepared, settings: &Settings) -> Result<(Vec<Solution>, Option<Finding>), FilmError> {
     let block = free.problem.discs().ok_or(FilmError::NoFilm)?;
     let shots = block.shots.len();
-    let shows_friction = block.shots.iter().filter(|shot| shot.knows_slip).count() > 1;
+    let shows_friction = block.show_friction();
     let mut law = Unknown::list();
     list_contact(&mut law, settings);
     // discs do not press on a cloth
