@@ -1,5 +1,9 @@
 //! Things by their names in files and on the command line.
 
+/// A value for each of several names, in their order.
+#[cfg(feature = "fit")]
+pub(crate) type ByName<T> = indexmap::IndexMap<String, T>;
+
 /// A name that is unknown for its kind.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("\"{name}\" is no {kind}; expected one of {}", known.join(", "))]

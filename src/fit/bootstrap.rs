@@ -9,7 +9,7 @@ use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::measurement::parameter::Parameter;
-use crate::measurement::written::ByName;
+use crate::name::ByName;
 use crate::problem::{Id, ShotInfluence, Solution};
 
 /// Intervals from resampled shots.

@@ -21,7 +21,7 @@ use super::{
 use crate::measurement::loss::Loss;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::{Parameter, Settings};
-use crate::measurement::written::ByName;
+use crate::name::ByName;
 use crate::physics::collision::Fidelity;
 use crate::problem::{
     Deviations, Finding, FitEnd, Id, MANY_SHOTS, POLICY, ShiftScore, ShotInfluence, Slope, Solution,

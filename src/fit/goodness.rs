@@ -9,8 +9,8 @@ use statrs::stats_tests::anderson_darling::anderson_darling;
 use super::deviations::Trend;
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
-use crate::measurement::written::{ByName, written_by_name};
-use crate::name::worded;
+use crate::measurement::written::written_by_name;
+use crate::name::{ByName, worded};
 use crate::numerics::EXACT;
 use crate::problem::Combination;
 

@@ -179,12 +179,13 @@ pub(crate) fn parse(cell: &str) -> Result<Option<f64>, &'static str> {
     };
     // most cells are plain, and are not copied
     let text: Cow<str> = if is_plain(cell) { cell.into() } else { cell.chars().map(plain).collect() };
-    match text.parse().ok().filter(|_| is_plain(&text)) {
+    let may_be_number = matches!(text, Cow::Borrowed(_)) || is_plain(&text);
+    match text.parse().ok().filter(|_| may_be_number) {
         _ if cell.len() > LONGEST => Err("is too long for a number"),
         Some(value) if f64::is_finite(value) => Ok(Some(value)),
         Some(_) => Err("is not a finite number"),
         None if cell.is_empty() || GAPS.split(' ').any(|gap| cell.eq_ignore_ascii_case(gap)) => Ok(None),
-        None if is_plain(&text) && cell.matches(MARKS).count() > 1 => {
+        None if may_be_number && cell.matches(MARKS).count() > 1 => {
             Err("has two decimal marks: export without a mark between thousands")
         }
         None => Err("is not a number"),
@@ -249,7 +250,8 @@ impl Mark {
             cell.wrong(format!("\"{text}\" {why}; expected a finite number or an empty cell"));
         };
         let value = parse(cell.text).map_err(wrong).ok().flatten()?;
-        let mark = cell.text.chars().find_map(|c| MARKS.iter().position(|mark| *mark == c));
+        let mark_of = |byte: u8| MARKS.iter().position(|mark| *mark == char::from(byte));
+        let mark = cell.text.bytes().find_map(mark_of);
         let Some(mark) = mark else { return Some(value) };
         if let (None, Some(line)) = (self.seen[mark], self.seen[1 - mark]) {
             let (text, [own, other]) = (cell.text.trim(), [mark, 1 - mark].map(|mark| MARK_WORDS[mark]));

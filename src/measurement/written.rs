@@ -1,11 +1,8 @@
-//! JSON of results: enums and values by their names.
+//! JSON of results: enums by their names.
 
 use super::loss::Loss;
 use super::parameter::Parameter;
 use crate::physics::collision::Fidelity;
-
-/// A value for each of several names, in their order.
-pub(crate) type ByName<T> = indexmap::IndexMap<String, T>;
 
 /// Writes enums by their names, which are all that their schemas allow.
 macro_rules! written_by_name {

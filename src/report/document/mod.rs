@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::ReportError;
-pub(crate) use crate::measurement::written::ByName;
+pub(crate) use crate::name::ByName;
 
 /// `format_version` of the documents: raised if a key is renamed or dropped, or changes its
 /// meaning.
