@@ -37,6 +37,7 @@ pub(super) fn comment(
         for estimate in fit.estimates.iter_mut().filter(|e| e.status != Status::Fixed) {
             *estimate = Estimate::bare(estimate.parameter, estimate.value, estimate.status);
         }
+        fit.budget.clear();
         fit.diagnostics.contours.clear();
     }
     let shots: Vec<&Shot> = match &fit.frames {
