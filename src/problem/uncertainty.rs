@@ -66,7 +66,7 @@ impl Estimates {
         self.position(column).map(|i| self.covariance[(i, i)].sqrt())
     }
 
-    /// Returns the covariance of some unknowns of the first sample; NaN for one without.
+    /// Returns the covariance of some unknowns of the first sample; NaN for one without an error.
     pub(crate) fn between(&self, ids: &[Id]) -> DMatrix<f64> {
         let places: Vec<Option<usize>> = ids.iter().map(|id| self.position(*id as usize)).collect();
         DMatrix::from_fn(ids.len(), ids.len(), |i, j| match (places[i], places[j]) {

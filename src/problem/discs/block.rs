@@ -170,15 +170,14 @@ impl DiscBlock {
         std::iter::once(off_restitution).chain(off_friction).enumerate().map(number).collect()
     }
 
-    /// Returns whether the shots show a law of friction: a single one does not, nor do shots whose slip
-    /// is free.
-    pub(super) fn show_friction(&self) -> bool {
+    /// Returns whether the slip of two shots or more is known, which a law of friction needs.
+    pub(super) fn knows_slips(&self) -> bool {
         self.shots.iter().filter(|shot| shot.knows_slip).take(2).count() > 1
     }
 
     /// Returns whether shot `i` has a part in a law of friction.
     fn shows_friction(&self, i: usize) -> bool {
-        self.has_law && self.shots[i].knows_slip && self.show_friction()
+        self.has_law && self.shots[i].knows_slip && self.knows_slips()
     }
 
     /// Returns what is known of own unknowns of shot `i`.

@@ -86,7 +86,7 @@ pub(crate) fn fit_discs(dataset: &Dataset) -> Result<DiscFit, FilmError> {
 fn choose_law(free: &Prepared, settings: &Settings) -> Result<(Vec<Solution>, Option<Finding>), FilmError> {
     let block = free.problem.discs().ok_or(FilmError::NoFilm)?;
     let shots = block.shots.len();
-    let shows_friction = block.show_friction();
+    let shows_friction = block.knows_slips();
     let mut law = Unknown::list();
     list_contact(&mut law, settings);
     // discs do not press on a cloth

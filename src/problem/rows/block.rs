@@ -341,7 +341,7 @@ impl RowShot {
 pub struct Prediction {
     /// The cue ball before the impact in the collision frame.
     pub(crate) cue: BallState,
-    /// The observables of the shot; a speed that determines an unknown one before is not among it.
+    /// The observables of the shot; a speed that determines an unknown one before is not among them.
     pub observables: Vec<Observable>,
     /// Predicted numbers, SI and radians.
     pub values: Vec<f64>,
