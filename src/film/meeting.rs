@@ -100,14 +100,25 @@ fn place_at(samples: &[Sample], t: f64, longest: f64) -> Option<Point> {
     (late.t - early.t < longest).then(|| place.lerp(&Point::new(late.x, late.y), part))
 }
 
+/// Returns samples each of whose coordinates is the middle one of three neighbours, as that of a body
+/// on a straight path is.
+fn without_leaps(samples: &[Sample]) -> Vec<Sample> {
+    let mut smooth = samples.to_vec();
+    for (sample, near) in smooth.iter_mut().skip(1).zip(samples.windows(3)) {
+        [sample.x, sample.y] = COORDINATES.map(|pick| median(near.iter().map(pick).collect()));
+    }
+    smooth
+}
+
 /// Returns times and distances of both bodies, each the middle one of three neighbours, so that a
 /// frame in which one was mistaken for the other does not count.
 pub(crate) fn smooth_distances(shot: &TrackShot) -> Vec<(f64, f64)> {
+    let [cue, object] = [&shot.cue, &shot.object].map(|samples| without_leaps(samples));
     let distance = |cue: &Sample| {
-        let object = place_at(&shot.object, cue.t, MAX_GAP / shot.fps)?;
+        let object = place_at(&object, cue.t, MAX_GAP / shot.fps)?;
         Some((cue.t, (object - Point::new(cue.x, cue.y)).norm()))
     };
-    let distances: Vec<(f64, f64)> = shot.cue.iter().filter_map(distance).collect();
+    let distances: Vec<(f64, f64)> = cue.iter().filter_map(distance).collect();
     let middle = |three: &[(f64, f64)]| (three[1].0, median(three.iter().map(|pair| pair.1).collect()));
     distances.windows(3).map(middle).collect()
 }

@@ -87,7 +87,6 @@ impl Fit {
         let draws = (options.bootstrap, options.seed);
         let has_draws = options.bootstrap > 0 && !contact.is_empty();
         let bootstrap = has_draws.then(|| bootstrap::draw(&fit.solution, &contact, draws, done));
-        let estimates = fit.estimates.iter();
         fit.diagnostics = Diagnostics {
             computed: Computed::of(&fit.solution, options.fidelity),
             identifiability: fit.identifiability(),
@@ -95,7 +94,6 @@ impl Fit {
             robust: fit.solution.problem.is_robust().then(|| fit.robust(loss)),
             bootstrap,
             contours: if options.depth >= Depth::Everything { fit.regions(end) } else { Vec::new() },
-            has_rival: estimates.clone().any(|estimate| estimate.includes_other_minimum),
         };
         fit
     }

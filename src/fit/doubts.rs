@@ -126,7 +126,7 @@ impl Fit {
         } else if shots < check::FEW_SHOTS {
             all.push(doubt("few-shots", context! { shots }));
         }
-        if self.diagnostics.has_rival {
+        if self.estimates.iter().any(|estimate| estimate.includes_other_minimum) {
             all.push(doubt("rival-minimum", context! {}));
         }
         self.doubt_bounds(&mut all);

@@ -34,7 +34,6 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let [e, impulse_ratio, ..] = disc_fit.scatter();
     fit.scatter = (shots >= LEAST_SHOTS).then_some(Scatter { e, impulse_ratio });
     fit.disc_shots.clone_from(impacts);
-    fit.diagnostics.has_rival = !disc_fit.others.is_empty();
     doubts::comment(&mut fit, &dataset, false, notes(&disc_fit));
     Ok(fit)
 }

@@ -206,9 +206,6 @@ pub(crate) struct Diagnostics {
     pub(crate) bootstrap: Option<Bootstrap>,
     /// Confidence regions of pairs of parameters.
     pub(crate) contours: Vec<Contour>,
-    /// Whether values outside the intervals fit nearly as well.
-    #[serde(skip)]
-    pub(crate) has_rival: bool,
 }
 
 /// Shots that were computed with the same fidelity and effects.

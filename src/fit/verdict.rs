@@ -149,7 +149,11 @@ mod tests {
         assert_eq!(good.verdict().grade, Grade::Good, "{:?}", good.verdict());
         let mut all = good.clone();
         let doubts: [(Doubt, Grade, &str); 4] = [
-            (|fit| fit.diagnostics.has_rival = true, Grade::Doubtful, "Other values fit nearly as well"),
+            (
+                |fit| fit.estimates[0].includes_other_minimum = true,
+                Grade::Doubtful,
+                "Other values fit nearly as well",
+            ),
             (|fit| is_open(fit, false), Grade::Doubtful, "Only the product μ·μ_s is determined."),
             (|fit| is_open(fit, true), Grade::Doubtful, "Only the product μ·μ_s is determined. The values"),
             (has_not_ended, Grade::Unusable, "came to no end (too many steps)"),
