@@ -1,7 +1,6 @@
 //! All problems of a data set at once.
 
 use std::cell::RefCell;
-use std::fmt;
 use std::hash::Hash;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -88,7 +87,8 @@ pub(crate) fn harmless(text: &str) -> String {
 }
 
 /// A data set, or a table, that cannot be used as it is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{what}{}", self.listed())]
 #[non_exhaustive]
 pub struct DatasetError {
     what: String,
@@ -100,15 +100,11 @@ impl DatasetError {
     pub fn problems(&self) -> &[Problem] {
         &self.problems
     }
-}
 
-impl std::error::Error for DatasetError {}
-
-impl fmt::Display for DatasetError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.what)?;
+    /// Returns the problems, each in a line of its own.
+    fn listed(&self) -> String {
         let lines = lines_of(self.problems.iter(), MAX_PLACES, LISTED, "");
-        lines.iter().try_for_each(|line| write!(f, "\n  {line}"))
+        lines.iter().map(|line| format!("\n  {line}")).collect()
     }
 }
 

@@ -210,8 +210,7 @@ pub(super) fn shot(mut raw: RawShot, facts: &Facts, job: Job) -> Option<TrackSho
     };
     let is_finite = |s: &mut Sample| [s.t, s.x, s.y].iter().all(|number| number.is_finite());
     if !shot.samples_mut().all(is_finite) {
-        job.wrong(shot.line, None, "a position or time is too large to be converted");
-        return None;
+        return job.refuse(shot.line, "a position or time is too large to be converted");
     }
     Some(shot)
 }

@@ -37,8 +37,7 @@ fn long(headings: &[Heading], job: Job) -> Option<Layout> {
         }
     }
     if heading.at("x_sd").is_some() != heading.at("y_sd").is_some() {
-        job.wrong(heading.line, None, "x_sd and y_sd go together; expected both, or leave both out");
-        return None;
+        return job.refuse(heading.line, "x_sd and y_sd go together; expected both, or leave both out");
     }
     if !heading.has_once(&LONG, &heading.own, job) {
         return None;
@@ -175,8 +174,7 @@ fn qualisys(_: &[Heading], job: Job) -> Option<Layout> {
     let (Some(markers), Some(fps)) = (values("MARKER_NAMES"), fps) else {
         let key = if values("MARKER_NAMES").is_none() { "MARKER_NAMES" } else { "FREQUENCY" };
         let message = format!("{key} is missing above the rows; expected an export of 3D markers");
-        job.wrong(None, None, message);
-        return None;
+        return job.refuse(None, message);
     };
     let markers: Vec<&String> = markers.iter().filter(|name| !name.is_empty()).collect();
     let width =
@@ -189,8 +187,7 @@ fn qualisys(_: &[Heading], job: Job) -> Option<Layout> {
         |row: &&Vec<String>| row[0] != "MARKER_NAMES" && row.iter().any(|cell| cell.ends_with(" X"));
     if let Some(row) = header.iter().rev().find(is_of_names).filter(|row| !row.starts_with(&names)) {
         let (found, expected) = (listed(&row[..row.len().min(names.len())]), listed(&names));
-        job.wrong(header.len(), None, message!("other_columns", found, expected));
-        return None;
+        return job.refuse(header.len(), message!("other_columns", found, expected));
     }
     let heading = Heading::plain(header.len(), header.len(), TAB, names);
     let columns = (counts.len()..).step_by(3);

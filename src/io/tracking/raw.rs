@@ -210,6 +210,12 @@ impl Job<'_> {
         self.log.add(self.file, line, column, message);
     }
 
+    /// Returns `None`, with a problem.
+    pub(super) fn refuse<T>(self, line: impl Into<Option<usize>>, message: impl Into<String>) -> Option<T> {
+        self.wrong(line, None, message);
+        None
+    }
+
     /// Returns the column to be read, and whether it holds numbers of frames: these are preferred
     /// if the frame rate is stated, since they cannot follow a wrong one.
     pub(super) fn frame_or_time<T>(self, frame: Option<T>, time: Option<T>) -> Option<(T, bool)> {

@@ -36,8 +36,7 @@ pub(super) fn file(job: Job, alone: bool) -> Option<Vec<RawShot>> {
     };
     if let Some([.., program, data]) = PROJECTS.iter().find(is_project) {
         let message = format!("is a project of the program {program}; expected its data: export {data}");
-        job.wrong(None, None, message);
-        return None;
+        return job.refuse(None, message);
     }
     let job = Job { text: &text, ..job };
     Some(clips(as_written(job)?, alone, job))
@@ -63,13 +62,11 @@ fn as_written(job: Job) -> Option<Vec<RawShot>> {
         }
     }
     let Some((line, first)) = filled_lines(job.text).next() else {
-        job.wrong(None, None, "is empty; expected tracked positions");
-        return None;
+        return job.refuse(None, "is empty; expected tracked positions");
     };
     let is_text = !first.contains(|c: char| c.is_control() && !c.is_whitespace());
     let (begin, format) = (shortened(first.trim()), stated.name());
-    job.wrong(line, None, message!("unknown_format", begin, format, is_text));
-    None
+    job.refuse(line, message!("unknown_format", begin, format, is_text))
 }
 
 /// Reads the rows of a table; times of Qualisys begin at 0, and positions at 0, 0 are its gaps.
@@ -157,8 +154,7 @@ fn header(job: Job, wanted: &Columns) -> Option<Heading> {
     let held = |heading: &Heading| names.iter().filter(|name| heading.position(name).is_some()).count();
     // the first heading that has the largest number of names
     let Some(heading) = headings(job.text, MAX_LINES).into_iter().rev().max_by_key(held) else {
-        job.wrong(None, None, "is empty; expected the columns that [tracks.columns] names");
-        return None;
+        return job.refuse(None, "is empty; expected the columns that [tracks.columns] names");
     };
     let Some(missing) = names.iter().find(|name| heading.position(name).is_none()) else {
         let are_single = [&heading.names, &heading.bare].iter().all(|all| heading.has_once(&names, all, job));
@@ -167,8 +163,7 @@ fn header(job: Job, wanted: &Columns) -> Option<Heading> {
     let near = did_you_mean(missing, heading.names.iter().map(String::as_str));
     let all = shortened(&heading.names.join(" | "));
     let message = format!("of the columns in [tracks.columns], \"{missing}\" is missing here{near}: {all}");
-    job.wrong(heading.line, None, message);
-    None
+    job.refuse(heading.line, message)
 }
 
 /// Returns the heading of a table without names, from the first row with the expected numbers.
@@ -188,9 +183,7 @@ fn numbered(job: Job, wanted: &Columns) -> Option<Heading> {
         return Some(Heading::unnamed(line, separator, cells.len() - usize::from(is_open)));
     }
     numbers.sort_unstable();
-    let message = format!("none of the first {MAX_LINES} lines has numbers in the columns {numbers:?}");
-    job.wrong(None, None, message);
-    None
+    job.refuse(None, format!("none of the first {MAX_LINES} lines has numbers in the columns {numbers:?}"))
 }
 
 /// Keys with one meaning, the most common first.
@@ -273,8 +266,7 @@ impl File<'_> {
     }
 
     fn refuse<T>(&self, at: &RawValue, why: impl AsRef<str>) -> Option<T> {
-        self.job.wrong(self.line(at), None, format!("{}; {EXPECTED}", why.as_ref()));
-        None
+        self.job.refuse(self.line(at), format!("{}; {EXPECTED}", why.as_ref()))
     }
 
     /// Reads a shot, called `unnamed` unless it has a name; `root` may state its frame rate.

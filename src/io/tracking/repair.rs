@@ -80,9 +80,8 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Option<()> {
         let back = track.written().windows(2).find(|two| two[1].time < two[0].time).map(|two| two[1].line);
         let RawTrack { name, rows, .. } = track;
         if let Some(Row { time, line, .. }) = restart {
-            let expected = "expected each clip as a shot of its own";
-            job.wrong(line, None, format!("time of \"{name}\" runs backwards, to {time:.6} s; {expected}"));
-            return None;
+            let wrong = format!("time of \"{name}\" runs backwards, to {time:.6} s");
+            return job.refuse(line, wrong + "; expected each clip as a shot of its own");
         }
         let mut united: Vec<Row> = Vec::with_capacity(rows.len());
         for row in rows.iter() {
@@ -94,8 +93,7 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Option<()> {
                 let ([x, y], [known_x, known_y], time, line) = (row.place, known.place, row.time, known.line);
                 let places = format!("({x}, {y}) here and ({known_x}, {known_y}) in line {line}");
                 let message = format!("\"{name}\" is at two places at {time:.6} s: {places}; expected one");
-                job.wrong(row.line, None, message);
-                return None;
+                return job.refuse(row.line, message);
             }
             let Row { line, .. } = known;
             let message = format!("\"{name}\" has its time twice (line {line}); one row is passed over");

@@ -120,8 +120,17 @@ impl Survey {
 
     /// Returns the values of the draft that the tracks show.
     pub(crate) fn values(&self) -> Values {
-        let (fps, time_unit) = self.times();
+        let ((fps, time_unit), tracks) = (self.times(), self.tracks());
         let is_single = self.files > 1 && self.shots.len() == self.files;
+        // the names of the balls in the order of their motion, if it is clear
+        let order = match tracks.as_slice() {
+            [a, b] if a.1 + EARLIER < b.1 => Some([a.0, b.0]),
+            [a, b] if b.1 + EARLIER < a.1 => Some([b.0, a.0]),
+            _ => None,
+        };
+        let written = |columns: &Columns| -> IndexMap<String, String> {
+            columns.iter().map(|(key, column)| (key.clone(), column.to_string())).collect()
+        };
         context! {
             count => count_of(self.files, "file"),
             format => (self.files > 0).then(|| self.format().unwrap_or(Format::Columns).name()),
@@ -132,7 +141,13 @@ impl Survey {
             fps => fps.map(|fps| ((1e4 * fps).round() / 1e4).to_string()),
             time_unit,
             faults => self.problems.iter().map(ToString::to_string).collect::<Vec<String>>(),
-            ..context! { ..self.lengths(), ..self.balls() }
+            tracks => quoted(tracks.iter().map(|(name, _)| name)),
+            first => order.map(|[cue, _]| cue),
+            cue => order.map(|[cue, _]| toml::Value::from(cue).to_string()),
+            object => order.map(|[_, object]| toml::Value::from(object).to_string()),
+            columns => Serde(written(&self.columns[0])),
+            doubtful => Serde(written(&self.columns[1])),
+            ..self.lengths()
         }
     }
 
@@ -168,28 +183,6 @@ impl Survey {
             unit => unit.map(Unit::name),
             ball => ball.map(|(name, _)| name),
             radius => ball.map(|(_, radius)| radius.to_string()),
-        }
-    }
-
-    /// Returns the names of the balls in the order of their motion, if it is clear, and the columns.
-    fn balls(&self) -> Values {
-        let (tracks, [columns, doubtful]) = (self.tracks(), &self.columns);
-        let order = match tracks.as_slice() {
-            [a, b] if a.1 + EARLIER < b.1 => Some([a.0, b.0]),
-            [a, b] if b.1 + EARLIER < a.1 => Some([b.0, a.0]),
-            _ => None,
-        };
-        let written = |columns: &Columns| -> IndexMap<String, String> {
-            columns.iter().map(|(key, column)| (key.clone(), column.to_string())).collect()
-        };
-        let [cue, object] = [0, 1].map(|i| order.map(|names| toml::Value::from(names[i]).to_string()));
-        context! {
-            tracks => quoted(tracks.iter().map(|(name, _)| name)),
-            first => order.map(|[cue, _]| cue),
-            cue,
-            object,
-            columns => Serde(written(columns)),
-            doubtful => Serde(written(doubtful)),
         }
     }
 }
