@@ -92,19 +92,18 @@ impl<'a> Table<'a> {
 
     /// Complains about cells of a column that are not numbers, or out of range in SI.
     fn check_numbers(&self, name: &str, unit_si: f64, range: Condition, fault: &str) {
-        let (file, log, Some(column)) = (self.path.as_path(), self.log, self.place(name)) else {
-            return;
-        };
+        let Some(column) = self.place(name) else { return };
         let mut marks = Mark::default();
         for Record { line, cells } in &self.rows {
-            let (line, text) = (*line, cells[column].as_str());
-            let number = marks.number(Place { file, line, column: name, text, log });
+            let cell =
+                Place { file: &self.path, line: *line, column: name, text: &cells[column], log: self.log };
+            let number = marks.number(cell);
             if number.is_some_and(|number| Fault::of_number(name, number * unit_si, range).is_some()) {
-                log.add(file, line, name, format!("{text} is {fault}; expected {}", range.1));
+                cell.wrong(format!("{} is {fault}; expected {}", cell.text, range.1));
             }
         }
         if self.separator != ',' {
-            marks.finish(file, log);
+            marks.finish(&self.path, self.log);
         }
     }
 

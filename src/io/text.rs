@@ -222,19 +222,15 @@ impl Mark {
         }
         let text = cell.text.trim();
         let digits = text.strip_prefix(['-', '+', '\u{2212}']).unwrap_or(text);
-        let is_group = |text: &str, least: usize| {
-            (least..=3).contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_digit())
-        };
+        let is_group = |text: &str| text.len() == 3 && text.bytes().all(|byte| byte.is_ascii_digit());
         let begins_with_0 = digits.starts_with('0');
         match digits.split_once(MARKS) {
-            None if !begins_with_0 && is_group(digits, 3) => {
+            None if !begins_with_0 && is_group(digits) => {
                 self.hundreds.get_or_insert_with(|| (cell.line, text.to_string()));
             }
             None => {}
             // 1,874 or -12,005; positions of 100,000 and more are none
-            Some((whole, rest))
-                if !begins_with_0 && whole.len() < 3 && is_group(whole, 1) && is_group(rest, 3) =>
-            {
+            Some((whole, rest)) if !begins_with_0 && matches!(whole.len(), 1..=2) && is_group(rest) => {
                 self.grouped.get_or_insert_with(|| (cell.line, cell.column.to_string(), text.to_string()));
             }
             Some(_) => self.is_decimal = true,

@@ -47,7 +47,7 @@ pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawSh
     shots
 }
 
-/// Returns the clips of a shot: each begins where the time begins again or, if it does not, after a
+/// Returns the clips of a shot, or the shot as one: each begins where the time begins again or, if it does not, after a
 /// long pause or where both balls jump.
 fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
     let restarts: Vec<Vec<Row>> = shot.tracks.iter().map(RawTrack::restarts).collect();
@@ -68,7 +68,7 @@ fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
         clip
     };
     let count = count + begins.len();
-    if count == 0 { Vec::new() } else { (0..=count).map(clip).collect() }
+    (0..=count).map(clip).collect()
 }
 
 /// Returns the times at which clips begin: after a long pause, or where both balls jump.
@@ -297,9 +297,8 @@ fn samples(track: &RawTrack, centre: &RawTrack, calibration: &Calibration) -> Ve
         return turned(track, centre, calibration);
     }
     let sample = |row: &Row| {
-        let is_stated = row.sd.iter().all(|sd| !sd.is_nan());
-        let sd = is_stated.then(|| calibration.sd(row.place, row.sd));
-        let t = row.time + calibration.delay(row.place[1]);
+        let (t, sd) = (row.time + calibration.delay(row.place[1]), row.sd);
+        let sd = sd.map(|sd| calibration.sd(row.place, sd));
         Sample { sd, ..Sample::new(t, calibration.metres(row.place)) }
     };
     // all shots stay in memory

@@ -158,12 +158,12 @@ impl RawTrack {
     }
 }
 
-/// A position; NaN in a gap, as are standard deviations that the file does not have.
+/// A position, NaN in a gap, with its standard deviations if the file has them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Row {
     pub(crate) time: f64,
     pub(crate) place: [f64; 2],
-    pub(crate) sd: [f64; 2],
+    pub(crate) sd: Option<[f64; 2]>,
     pub(crate) line: usize,
 }
 

@@ -180,15 +180,15 @@ impl<'a> Reader<'a> {
         [f64::NAN; 2]
     }
 
-    fn deviations<'c>(&mut self, body: &Body, at: impl Fn(usize) -> Place<'c>) -> [f64; 2] {
-        let Some(columns) = body.sd else { return [f64::NAN; 2] };
-        columns.map(at).map(|cell| {
-            let sd = self.positions.beside(cell);
-            if let Some(sd) = sd.filter(|sd| *sd <= 0.0) {
+    fn deviations<'c>(&mut self, body: &Body, at: impl Fn(usize) -> Place<'c>) -> Option<[f64; 2]> {
+        let [x, y] = body.sd?.map(at).map(|cell| {
+            let sd = self.positions.beside(cell)?;
+            if sd <= 0.0 {
                 cell.wrong(format!("{sd} is not a standard deviation; expected more than 0"));
             }
-            sd.unwrap_or(f64::NAN)
-        })
+            Some(sd)
+        });
+        Some([x?, y?])
     }
 
     /// Reports properties of all rows; time codes become numbers of frames.
