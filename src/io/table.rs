@@ -27,19 +27,17 @@ pub(crate) struct Table<'a> {
     pub(crate) log: &'a Log,
     /// The separator of cells; unless it is a comma, decimals may have one.
     separator: char,
-    header: Record,
+    /// The column names, and their line.
+    names: Vec<String>,
+    line: usize,
     rows: Vec<Record>,
     /// Columns of texts and of numbers with meanings.
     known: Vec<&'static str>,
     numbers: Vec<Column>,
 }
 
-/// A record: the number of its first line, and its cells without the blanks around them.
-#[derive(Debug, Default, PartialEq)]
-struct Record {
-    line: usize,
-    cells: Vec<String>,
-}
+/// The number of a record's first line, and its cells without the blanks around them.
+type Record = (usize, Vec<String>);
 
 impl<'a> Table<'a> {
     /// Gives columns of texts and of numbers their meanings. Complains about names that are nearly
@@ -68,8 +66,7 @@ impl<'a> Table<'a> {
         if rows.is_empty() && !has_slips {
             wrong(None, "is empty; expected a line of column names, and rows below it");
         }
-        let header = rows.drain(..1.min(rows.len())).next()?;
-        let (line, names, before) = (header.line, &header.cells, log.len());
+        let ((line, names), before) = (rows.drain(..1.min(rows.len())).next()?, log.len());
         for (i, name) in names.iter().enumerate() {
             if name.is_empty() {
                 wrong(Some(line), &format!("column {} has no name", i + 1));
@@ -83,18 +80,18 @@ impl<'a> Table<'a> {
         if rows.is_empty() && !has_slips {
             wrong(Some(line), "no rows below the column names; expected at least one (# begins a comment)");
         }
-        for Record { line, cells } in rows.extract_if(.., |row| row.cells.len() != names.len()) {
-            wrong(Some(line), &wrong_width(cells.len(), names.len(), header.line, Some(separator)));
+        for (row, cells) in rows.extract_if(.., |(_, cells)| cells.len() != names.len()) {
+            wrong(Some(row), &wrong_width(cells.len(), names.len(), line, Some(separator)));
         }
         let (path, known, numbers) = (path.to_path_buf(), Vec::new(), Vec::new());
-        (!rows.is_empty()).then_some(Self { path, log, separator, header, rows, known, numbers })
+        (!rows.is_empty()).then_some(Self { path, log, separator, names, line, rows, known, numbers })
     }
 
     /// Complains about cells of a column that are not numbers, or out of range in SI.
     fn check_numbers(&self, name: &str, unit_si: f64, range: Condition, fault: &str) {
         let Some(column) = self.place(name) else { return };
         let mut marks = Mark::default();
-        for Record { line, cells } in &self.rows {
+        for (line, cells) in &self.rows {
             let cell =
                 Place { file: &self.path, line: *line, column: name, text: &cells[column], log: self.log };
             let number = marks.number(cell);
@@ -114,7 +111,7 @@ impl<'a> Table<'a> {
         column: impl Into<Option<&'c str>>,
         message: impl Into<String>,
     ) {
-        let line = row.into().map_or(self.header.line, |row| self.line(row));
+        let line = row.into().map_or(self.line, |row| self.line(row));
         self.log.add(&self.path, line, column, message);
     }
 
@@ -123,11 +120,11 @@ impl<'a> Table<'a> {
     }
 
     pub(crate) fn line(&self, row: usize) -> usize {
-        self.rows[row].line
+        self.rows[row].0
     }
 
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
-        self.header.cells.iter().map(String::as_str)
+        self.names.iter().map(String::as_str)
     }
 
     fn place(&self, column: &str) -> Option<usize> {
@@ -140,7 +137,7 @@ impl<'a> Table<'a> {
 
     /// Returns a cell; `None` if it is empty or the column is missing.
     pub(crate) fn text(&self, column: &str, row: usize) -> Option<&str> {
-        Some(self.rows[row].cells[self.place(column)?].as_str()).filter(|cell| !cell.is_empty())
+        Some(self.rows[row].1[self.place(column)?].as_str()).filter(|cell| !cell.is_empty())
     }
 
     /// Returns a number in SI with its standard deviation.
@@ -308,10 +305,7 @@ fn records(text: &str, separator: char, wrong: &dyn Fn(usize, &str)) -> Vec<Reco
             Err(Slip::Open) => wrong(first, "a quotation mark opens here and is never closed"),
             Err(Slip::Text) => wrong(last, &message!("text_behind_quotation_mark")),
             Ok(cells) if cells.iter().all(|cell| cell.is_empty()) => {}
-            Ok(cells) => {
-                let cells = cells.into_iter().map(Cow::into_owned).collect();
-                records.push(Record { line: first, cells });
-            }
+            Ok(cells) => records.push((first, cells.into_iter().map(Cow::into_owned).collect())),
         }
     }
     records

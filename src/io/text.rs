@@ -247,8 +247,7 @@ impl Mark {
         };
         let value = parse(cell.text).map_err(wrong).ok().flatten()?;
         let mark_of = |byte: u8| MARKS.iter().position(|mark| *mark == char::from(byte));
-        let mark = cell.text.bytes().find_map(mark_of);
-        let Some(mark) = mark else { return Some(value) };
+        let Some(mark) = cell.text.bytes().find_map(mark_of) else { return Some(value) };
         if let (None, Some(line)) = (self.seen[mark], self.seen[1 - mark]) {
             let (text, [own, other]) = (cell.text.trim(), [mark, 1 - mark].map(|mark| MARK_WORDS[mark]));
             cell.wrong(message!("other_mark", text, own, line, other));
