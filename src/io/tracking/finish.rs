@@ -124,12 +124,10 @@ fn join(shot: &mut RawShot, job: Job) {
 /// Returns the track that a piece continues: the nearer of those that have ended, if a ball may
 /// come from there, and if the names differ in numbers only.
 fn continued(tracks: &[RawTrack], heads: [usize; 2], piece: &RawTrack) -> Option<usize> {
-    // rows that time has put in order show no beginning and no end
-    let is_in_order = |track: &RawTrack| track.rows.is_sorted_by_key(|row| row.line);
-    let first = piece.seen().next().filter(|_| is_in_order(piece))?;
+    let first = piece.seen().next()?;
     let ended = heads.into_iter().filter_map(|head| {
         let last = tracks[head].seen().last().filter(|last| last.time < first.time)?;
-        is_in_order(&tracks[head]).then(|| (head, last.step(first)))
+        Some((head, last.step(first)))
     });
     let (head, [distance, time]) = ended.min_by(|a, b| a.1[0].total_cmp(&b.1[0]))?;
     let steps = heads.iter().flat_map(|head| tracks[*head].steps());
