@@ -46,8 +46,7 @@ fn long(headings: &[Heading], job: Job) -> Option<Layout> {
     let shot = at("shot");
     let time = heading.clock([at("frame"), at("t"), shot], job);
     let bodies = Body::of_keys("", "", |_| None, at)?;
-    let ball = at("ball");
-    Some(Layout { shot, ball, ..Layout::new(Format::Long, heading, bodies, time, job) })
+    Some(Layout { shot, ball: at("ball"), ..Layout::new(Format::Long, heading, bodies, time, job) })
 }
 
 /// Finds exports of Tracker: of one track, or of several beside or below each other.

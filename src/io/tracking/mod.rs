@@ -36,9 +36,6 @@ use crate::measurement::spin::Spin;
 
 pub(crate) use survey::Survey;
 
-/// Least number of shots that a core gets at a time.
-const MIN_SHOTS_PER_CORE: usize = 64;
-
 /// Loads every file of the manifest; adds to the log of the source.
 pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Source) -> Tracks {
     let log = source.log;
@@ -58,13 +55,12 @@ pub(crate) fn load(manifest: &Manifest, settings: &TrackSettings, source: &Sourc
             check_unit(first.stated, job);
         }
         // consequences of unreadable rows are not reported
-        if log.len() > before {
-            continue;
+        if log.len() == before {
+            if read.iter().flat_map(|shot| &shot.tracks).all(|track| track.rows.is_empty()) {
+                job.wrong(None, None, "has no rows below its header; expected positions");
+            }
+            shots.extend(read);
         }
-        if read.iter().flat_map(|shot| &shot.tracks).all(|track| track.rows.is_empty()) {
-            job.wrong(None, None, "has no rows below its header; expected positions");
-        }
-        shots.extend(read);
     }
     let are_whole = log.is_empty();
     let job = Job { file: source.path, text: "", settings, log };
@@ -111,7 +107,7 @@ fn finish_all(shots: Vec<RawShot>, table: &ShotsTable, Job { settings, log, .. }
         let shot = finish::shot(raw, table.facts(&name), Job { file: &file, text: "", settings, log: &log });
         (name, shot, log)
     };
-    let done: Vec<_> = shots.into_par_iter().with_min_len(MIN_SHOTS_PER_CORE).map(finish).collect();
+    let done: Vec<_> = shots.into_par_iter().map(finish).collect();
     let mut damaged = Vec::new();
     for (name, shot, own_log) in done {
         damaged.extend(log.append(own_log).into_iter().map(|damage| (name.clone(), damage)));
