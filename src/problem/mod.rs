@@ -57,7 +57,7 @@ pub(crate) use film::film_data::OTHER_UNIT;
 pub(crate) use film::planned::{Filming, PlannedShot, information, unknowns_of};
 pub(crate) use film::shots::Impact;
 #[cfg(feature = "report")]
-pub(crate) use film::shots::{OwnEstimate, ShownPaths};
+pub(crate) use film::shots::ShownPaths;
 pub(crate) use findings::{Finding, Severity};
 pub(crate) use intervals::{FitEnd, MANY_SHOTS, MISLEADING};
 pub use intervals::{ParameterEstimate, Status};

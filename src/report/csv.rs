@@ -12,8 +12,8 @@ use super::ascii;
 use super::document::rounded;
 use crate::compare::Comparison;
 use crate::fit::{Fit, Residual};
+use crate::measurement::dataset::Measured;
 use crate::measurement::track::TrackedBall;
-use crate::problem::OwnEstimate;
 
 /// The columns of residuals.csv, a row per measured number that χ² counts
 /// (`caromfit help results`).
@@ -98,8 +98,7 @@ fn row(residual: &Residual, model: &str) -> String {
 
 /// Returns shots.csv as text. A cell whose number is unknown is empty.
 pub fn shots(fit: &Fit) -> String {
-    let estimates: HashMap<&str, Vec<OwnEstimate>> =
-        fit.frames.iter().flat_map(|film| film.solution.own_estimates()).collect();
+    let estimates: HashMap<_, _> = fit.frames.iter().flat_map(|film| film.solution.own_estimates()).collect();
     let mut rows = Vec::new();
     for own in fit.residuals.chunk_by(|one, next| one.shot == next.shot) {
         let Residual { shot, cut, speed, .. } = &own[0];
@@ -120,9 +119,9 @@ pub fn shots(fit: &Fit) -> String {
             row.insert(format!("{name}_sd"), (residual.sd / unit_si).into());
             row.insert(format!("{name}_predicted"), (residual.predicted / unit_si).into());
         }
-        for OwnEstimate { column, value, sd } in estimates.get(shot.as_str()).into_iter().flatten() {
+        for (column, Measured { value, sd }) in estimates.get(shot.as_str()).into_iter().flatten() {
             row.insert((*column).to_owned(), (*value).into());
-            let sd = (!fit.is_refuted()).then_some(*sd);
+            let sd = sd.filter(|_| !fit.is_refuted());
             row.insert(format!("{column}_sd"), sd.into());
         }
         rows.push(row);

@@ -147,14 +147,9 @@ pub(crate) struct Motion {
     pub(crate) topspin: f64,
 }
 
-/// An estimate that a shot has of its own.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct OwnEstimate {
-    /// Its column in tables, in the unit of its name; velocities m/s.
-    pub(crate) column: &'static str,
-    pub(crate) value: f64,
-    pub(crate) sd: f64,
-}
+/// An estimate that a shot has of its own, under its column in tables, in the unit of its name;
+/// velocities m/s.
+type OwnEstimate = (&'static str, Measured);
 
 impl Solution {
     /// Returns the shared unknowns of the first sample.
@@ -233,7 +228,7 @@ impl Solution {
             let by = gradient(&value);
             let by = DVector::from_fn(OWN, |place, _| by[input_of(place)]);
             let sd = self.covariance.variance(reduced, (0, i), &by).sqrt();
-            OwnEstimate { column, value: value.re, sd }
+            (column, Measured::new(value.re, sd))
         };
         Some(all.into_iter().map(estimate).collect())
     }
