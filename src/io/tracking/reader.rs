@@ -106,7 +106,10 @@ impl<'a> Reader<'a> {
             return;
         }
         let name = layout.shot.map_or(&*self.stem, |column| at(column).text);
-        let shot = self.shots.get_index_of(name).unwrap_or_else(|| {
+        // rows of one shot mostly follow each other
+        let is_last = self.shots.last().is_some_and(|(last, _)| last == name);
+        let known = if is_last { Some(self.shots.len() - 1) } else { self.shots.get_index_of(name) };
+        let shot = known.unwrap_or_else(|| {
             let (file, name, stated) = (file.to_path_buf(), name.to_string(), layout.stated);
             let shot = RawShot { name, file, line, stated, tracks: Vec::new() };
             self.shots.insert_full(shot.name.clone(), shot).0
@@ -137,19 +140,19 @@ impl<'a> Reader<'a> {
 
     /// Reads a time, written as the first one is.
     fn time(&mut self, cell: Place) -> Option<f64> {
-        let text = shortened(cell.text.trim());
+        let wrong = |why: &str| cell.wrong(format!("\"{}\" {why}", shortened(cell.text.trim())));
         let (time, mark) = if !cell.text.contains(':') {
             (self.times.number(cell)?, None)
         } else if let Some(Clock { seconds, has_colon, digits }) = clock(cell.text) {
             self.digits = self.digits.max(digits);
             (seconds, Some(if has_colon { ':' } else { '.' }))
         } else {
-            cell.wrong(format!("\"{text}\" is not a time; expected h:mm:ss.fff, h:mm:ss:cs or a number"));
+            wrong("is not a time; expected h:mm:ss.fff, h:mm:ss:cs or a number");
             return None;
         };
         let (first, at) = *self.clock.get_or_insert((mark, cell.line));
         if first != mark {
-            cell.wrong(format!("\"{text}\" is not written like the time in line {at}"));
+            wrong(&format!("is not written like the time in line {at}"));
             return None;
         }
         Some(time)
