@@ -225,7 +225,7 @@ impl Run {
             }
             estimates = self.estimates()?;
         }
-        if self.adopt(causes::widen_rate(&self.problem, &self.descent.end, &estimates)) {
+        if self.adopt(causes::widen_rate(&self.problem, &self.descent.end)) {
             estimates = self.estimates()?;
         }
         Ok(estimates)

@@ -133,17 +133,14 @@ fn descend_from(problem: &Problem, state: &State, id: Id, values: &[f64]) -> Opt
     all.min_by(|a, b| a.end.cost.total_cmp(&b.end.cost))
 }
 
-/// Returns the refit with a wider prior of the frame rate if the frames disagree with the stated
-/// one moderately: they seldom determine the rate, and a wrong one biases e by more than its error.
-pub(crate) fn widen_rate(problem: &Problem, at: &Evaluation, estimates: &Estimates) -> Option<Refit> {
+/// Returns the refit with a wider prior of a frame rate that is stated without an error: frames
+/// seldom determine the rate, and a wrong one biases e by more than its error. While causes are
+/// looked for, a wider one would let false ones in.
+pub(crate) fn widen_rate(problem: &Problem, at: &Evaluation) -> Option<Refit> {
     let id = Id::Rate;
     let stated = problem.unknown(id).active_prior().filter(|prior| prior.sd == RATE_SD)?.mean;
-    let conflict = estimates.suspects(problem, at).into_iter().find(|suspect| suspect.id == id)?;
-    if conflict.size.abs() < POLICY.rate_conflict {
-        return None;
-    }
     let mut wider = problem.clone();
-    wider.unknown_mut(id).prior = Some(Normal { mean: stated, sd: POLICY.doubted_rate_sd });
+    wider.unknown_mut(id).prior = Some(Normal { mean: stated, sd: POLICY.rate_sd });
     let descent = wider.descend(at.state.clone());
     let mut refit = Refit { problem: wider, descent, fall: 0.0, finding: None };
     if let Some((estimate, sd)) = refit.estimate(id) {

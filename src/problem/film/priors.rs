@@ -15,9 +15,8 @@ use crate::problem::unknowns::{Id, Mode, Normal, Unknown};
 /// nominal size.
 const RADIUS_SD: f64 = 0.05 / 28.575;
 
-/// Relative standard deviation of a frame rate that is stated without an error. With 0.005, films
-/// of 15 shots whose rate was 10 % off had e 3.2 errors off without a conflict; 0.02 costs e a
-/// tenth of its error.
+/// Relative standard deviation of a frame rate that is stated without an error, while causes of
+/// residuals are looked for.
 pub(super) const RATE_SD: f64 = 0.02;
 
 /// Standard deviation of the aspect of a film whose scale is that of its balls, which a phone may
