@@ -49,7 +49,7 @@ pub(crate) struct Policy {
     pub(crate) conflict: f64,
     /// Relative standard deviation of a frame rate that is stated without an error. Of 154 films of
     /// 15 shots at 240 frames/s whose rate was 8 to 11 % off, five had e more than three errors off
-    /// (up to 3.4), and 12 (up to 3.9) with 0.02, and 0.05 only if the frames disagree by a standard
+    /// (up to 3.6), and 12 (up to 3.9) with 0.02, and 0.05 only if the frames disagree by a standard
     /// deviation. It costs e of films with the stated rate 8 to 15 % of its error, at 1000 frames/s
     /// 1 %.
     pub(crate) rate_sd: f64,
