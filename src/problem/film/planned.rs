@@ -17,6 +17,7 @@ use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::spin::Spin;
 use crate::physics::collision::{Model, NotACollision};
 use crate::problem::frames::Frame;
+use crate::problem::policy::POLICY;
 use crate::problem::sums::{Noise, Shown, Spread};
 use crate::problem::unknowns::{Id, Own, Shared, Unknown};
 
@@ -58,7 +59,8 @@ pub(crate) struct Filming {
 pub(crate) fn unknowns_of(dataset: &Dataset, spins: &[Spin]) -> Vec<Unknown> {
     let radius = dataset.ball.radius;
     let spins: Vec<ShotSpin> = spins.iter().map(|spin| ShotSpin::stated(*spin, Point::x(), radius)).collect();
-    list_unknowns(&dataset.settings_of_balls(), &Tracks::new(Vec::new()), &spins)
+    let tracks = Tracks { rate_sd: Some(POLICY.rate_sd), ..Tracks::new(Vec::new()) };
+    list_unknowns(&dataset.settings_of_balls(), &tracks, &spins)
 }
 
 /// Returns the information of each of some samples of the shots about all shared unknowns in the
