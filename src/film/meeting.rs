@@ -100,8 +100,8 @@ fn place_at(samples: &[Sample], t: f64, longest: f64) -> Option<Point> {
     (late.t - early.t < longest).then(|| place.lerp(&Point::new(late.x, late.y), part))
 }
 
-/// Returns samples each of whose coordinates is the middle one of three neighbours, as that of a body
-/// on a straight path is.
+/// Returns samples with each coordinate replaced by the middle one of three neighbours, which leaves
+/// a straight path as it is.
 fn without_leaps(samples: &[Sample]) -> Vec<Sample> {
     let mut smooth = samples.to_vec();
     for (sample, near) in smooth.iter_mut().skip(1).zip(samples.windows(3)) {

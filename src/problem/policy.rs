@@ -47,11 +47,10 @@ pub(crate) struct Policy {
     /// Size of a conflict between a prior and the frames, in standard deviations, that makes a fit
     /// doubtful: level 1 % of a family of a dozen (Holm 1979).
     pub(crate) conflict: f64,
-    /// Relative standard deviation of a frame rate that is stated without an error. Of 154 films of
-    /// 15 shots at 240 frames/s whose rate was 8 to 11 % off, five had e more than three errors off
-    /// (up to 3.6), and 12 (up to 3.9) with 0.02, and 0.05 only if the frames disagree by a standard
-    /// deviation. It costs e of films with the stated rate 8 to 15 % of its error, at 1000 frames/s
-    /// 1 %.
+    /// Relative standard deviation of a frame rate that is stated without an error. With it five of
+    /// 154 films of 15 shots at 240 frames/s whose rate was 8 to 11 % off were called good with e more
+    /// than three errors off (at most 3.6); with 0.02, and 0.05 after a conflict, 12 were (at most
+    /// 3.9). The error of e grows by 8 to 15 % in films whose rate is right, by 1 % at 1000 frames/s.
     pub(crate) rate_sd: f64,
     /// Decrease of −2 log L that names a cause: likelihood ratio e⁵, level 1 % of a family of a
     /// dozen with one unknown each.

@@ -47,8 +47,8 @@ pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawSh
     shots
 }
 
-/// Returns the clips of a shot, or the shot as one: each begins where the time begins again or, if it does not, after a
-/// long pause or where both balls jump.
+/// Returns the clips of a shot, which may be one: each begins where the time begins again or, if it
+/// does not, after a long pause or where both balls jump.
 fn clips_of(shot: &RawShot, fps: Option<f64>, alone: bool) -> Vec<RawShot> {
     let restarts: Vec<Vec<Row>> = shot.tracks.iter().map(RawTrack::restarts).collect();
     let count = restarts.iter().map(Vec::len).max().unwrap_or(0);
