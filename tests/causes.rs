@@ -109,6 +109,21 @@ fn friction_that_falls_with_the_slip_is_named() {
     is_named(&fit, "falling-friction", 0.1, [0.01, 0.3, 0.94]);
 }
 
+/// Tables whose errors are stated or not show it, too, and the shots that it moves most are not taken for false.
+#[test]
+fn tables_show_that_friction_falls() {
+    let model =
+        Model { law: Law::Exponential { b: 0.1, c: 1.088 }, ..Model::new(Fidelity::Full, Ball::POOL) };
+    for (kind, is_stated) in [("impacts", true), ("angles", false)] {
+        let mut dataset = made_with(&spec(kind, &["stun"], 15, 9310), &model);
+        let numbers = dataset.shots.iter_mut().flat_map(|shot| &mut shot.after).filter(|_| !is_stated);
+        numbers.for_each(|number| number.measured.sd = None);
+        let fit = auto(&dataset);
+        assert_eq!(fit.shots_used(), 15, "{:?}", fit.verdict());
+        is_named(&fit, "falling-friction", 0.1, TRUTH);
+    }
+}
+
 /// Rolling balls that spin sideways at random, by up to a tenth of the natural roll's spin: whether that spread is stated or not, how
 /// much they do is an unknown of the film, and the parameters are right.
 #[test]

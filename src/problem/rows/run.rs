@@ -8,6 +8,7 @@ use super::shot::{Row, RowsError};
 use super::table::{list_noises, prepare_table, split_noise};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::loss::Loss;
+use crate::measurement::parameter::Compliance;
 use crate::numerics::EXACT;
 use crate::problem::effects::choose_effects;
 use crate::problem::evaluation::Evaluation;
@@ -34,7 +35,8 @@ const BESIDE: f64 = 1e-9;
 pub(crate) fn fit_rows(dataset: &Dataset, choices: &Choices) -> Result<FitEnd, RowsError> {
     let mut table = prepare_table(dataset, choices)?;
     let mut descent = fit(&mut table.problem, &table.start).ok_or(RowsError::NoStart)?;
-    let keep = judge_rows(&table.problem, &descent.end.state);
+    let how = (choices.fidelity.is_none(), dataset.settings.compliance);
+    let keep = judge_rows(&table.problem, &descent.end.state, how);
     if keep.contains(&false) {
         table.leave_out(&keep);
         descent = fit(&mut table.problem, &table.start).ok_or(RowsError::NoStart)?;
@@ -42,11 +44,9 @@ pub(crate) fn fit_rows(dataset: &Dataset, choices: &Choices) -> Result<FitEnd, R
     if split_noise(&mut table.problem, &descent.end) {
         descent = descend_with_noise(&mut table.problem, descent.end.state);
     }
-    let is_auto = choices.fidelity.is_none();
-    let how = (is_auto, dataset.settings.compliance);
     let effects = choose_effects(&mut table.problem, &mut descent, how);
     table.record.findings.extend(effects);
-    if let Some(explained) = explain(&table.problem, &descent.end).filter(|_| is_auto) {
+    if let Some(explained) = explain(&table.problem, &descent.end, how) {
         table.record.findings.extend(explained.finding);
         (table.problem, descent) = (explained.problem, explained.descent);
     }
@@ -138,20 +138,14 @@ fn finish(table: Prepared, (descent, others): (Descent, Vec<Evaluation>), choice
     }
 }
 
-/// Returns the refit with what explains residuals that the stated errors do not: another ratio of
-/// the masses, or a friction or restitution that decreases with speed.
-fn explain(problem: &Problem, at: &Evaluation) -> Option<Refit> {
-    let mut wider = problem.clone();
-    let rows = wider.rows()?;
-    let estimates = Estimates::new(&wider, at)?;
-    let chance = tail(at.cost, rows.count_numbers() as f64 - estimates.count_without_prior(&wider) as f64);
-    let is_stated = rows.noises.is_empty() && rows.loss == Loss::Squares;
-    let conflicts = estimates.suspects(&wider, at);
-    let is_contradicted = conflicts.iter().any(|conflict| conflict.size.abs() > POLICY.conflict);
-    if !is_stated || (chance > POLICY.shot_tail && !is_contradicted) {
+/// Returns the refit with what explains residuals that the errors do not, unless a fidelity is
+/// stated: another ratio of the masses, or a friction or restitution that decreases with speed.
+fn explain(problem: &Problem, at: &Evaluation, (is_auto, _): (bool, Compliance)) -> Option<Refit> {
+    if !is_auto {
         return None;
     }
-    let knows_speed = rows.shots.iter().all(|shot| shot.knows_speed);
+    let mut wider = problem.clone();
+    let knows_speed = wider.rows()?.shots.iter().all(|shot| shot.knows_speed);
     for (id, is_told) in [(Id::MassRatio, true), (Id::FallB, knows_speed), (Id::ESlope, knows_speed)] {
         let unknown = wider.unknown_mut(id);
         if unknown.mode == Mode::Fixed && is_told {
@@ -164,8 +158,8 @@ fn explain(problem: &Problem, at: &Evaluation) -> Option<Refit> {
 }
 
 /// Returns whether each shot is kept, by its distance from a robust fit, in which gross errors
-/// count little.
-pub(super) fn judge_rows(problem: &Problem, state: &State) -> Vec<bool> {
+/// count little, with what explains its residuals.
+fn judge_rows(problem: &Problem, state: &State, how: (bool, Compliance)) -> Vec<bool> {
     let squares = |problem: &Problem, state: &State| -> Vec<Squares> {
         let rows = problem.rows().into_iter().flat_map(|rows| rows.shots.iter());
         let at = problem.evaluate(state.clone());
@@ -182,7 +176,11 @@ pub(super) fn judge_rows(problem: &Problem, state: &State) -> Vec<bool> {
     if let Some(rows) = robust.rows_mut() {
         *rows = rows.clone().with_loss(Loss::Cauchy);
     }
-    let descent = descend_with_noise(&mut robust, state.clone());
+    let mut descent = descend_with_noise(&mut robust, state.clone());
+    choose_effects(&mut robust, &mut descent, how);
+    if let Some(explained) = explain(&robust, &descent.end, how) {
+        (robust, descent) = (explained.problem, explained.descent);
+    }
     let unknowns = problem.free().len() as f64;
     judge(&squares(&robust, &descent.end.state), (unknowns, least_scale(&robust)))
 }
