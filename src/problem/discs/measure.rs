@@ -11,7 +11,8 @@ use crate::measurement::dataset::{Dataset, Measured};
 use crate::problem::false_shots::tail;
 use crate::problem::film::camera::{Camera, Point};
 use crate::problem::film::film_data::FilmError;
-use crate::problem::film::outliers::outlying;
+use crate::problem::film::outliers::{Near, find_lag, outlying};
+use crate::problem::findings::Finding;
 use crate::problem::frames::{PicturePaths, Sight};
 use crate::problem::minimise::{Descent, descend, descend_with_noise};
 use crate::problem::policy::{POLICY, STALL};
@@ -99,6 +100,12 @@ pub(crate) fn measure_discs(dataset: &Dataset) -> Result<(Solution, Vec<DiscImpa
         block.choose_frames(&solution.at.state, LEFT_OUT);
         solution = settle(solution.again())?;
     }
+    let lag = solution.problem.discs().and_then(|block| block.lags(solution.state()));
+    if let Some((lag, block)) = lag.zip(solution.problem.discs_mut()) {
+        block.choose_frames(&solution.at.state, lag as f64 + LEFT_OUT);
+        solution.record.findings.push(Finding::Spoiled { before: lag, after: lag });
+        solution = settle(solution.again())?;
+    }
     let mut impacts = list_impacts(&solution)?;
     let radii = solution.problem.discs().and_then(|block| block.discs.radii);
     impacts.retain(|impact| {
@@ -181,6 +188,23 @@ impl DiscBlock {
             }
         }
         changed
+    }
+
+    /// Returns the number of used frames after the impacts by which the tracker lags, if it does.
+    fn lags(&self, state: &State) -> Option<usize> {
+        let mut white = self.clone();
+        white.noise.iter_mut().for_each(|noise| noise.rho = 0.0);
+        let along = |(i, own): (usize, &Own)| {
+            let (motion, sights) = white.sights(i, own, &state.shared)?;
+            let mut near = Near::default();
+            for (PointTrack { disc, .. }, sights) in self.shots[i].tracks.iter().zip(sights) {
+                let [before, after] = motion.velocities[*disc];
+                let frames: Vec<_> = sights.iter().map(|sight| (sight.time, sight.residuals())).collect();
+                near.add(&frames, (after - before).map(|v| v.re), own[own::TIME])?;
+            }
+            Some(near)
+        };
+        find_lag(&state.own[0].iter().enumerate().filter_map(along).collect::<Vec<_>>())
     }
 
     /// Returns whether frames of shot `i` next to the impact, in which the discs then still touch,

@@ -139,8 +139,8 @@ pub(super) fn list_unknowns(
     for unknown in &mut all {
         let is_shown = match unknown.id {
             Id::MuS | Id::RadiusRatio => false,
-            // discs do not hop, and what trackers do is a lead of each shot
-            id if (Id::ParallaxX..=Id::ObjectScale).contains(&id) => false,
+            // discs do not hop, and what trackers do besides is a lead of each shot
+            id if (Id::ParallaxX..=Id::ObjectScale).contains(&id) => id == Id::Late && is_seen,
             // few shots do not distinguish it from a deceleration at any speed
             Id::Drag => shots >= LEAST_SHOTS,
             Id::ContactDistance => !is_flat || sum.is_some(),

@@ -14,7 +14,6 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::camera::Point;
 use super::filmed::{FilmBlock, FilmedShot, ShotAt};
 use super::own;
-use super::shots::FittedFrame;
 use crate::measurement::track::TrackedBall;
 use crate::numerics::{SIGNIFICANT, median};
 use crate::problem::false_shots::{Squares, tail};
@@ -145,41 +144,65 @@ pub(crate) fn leave_out_spoiled(film: &mut FilmBlock, own: &[Own], reach: [usize
     film.keep_frames(own, |away, fps| away < -before / fps || away > after / fps);
 }
 
-/// Returns the number of frames after the impacts by which the tracker lags, if it does: with u the
-/// direction in which the impact changes a ball's velocity, and r the standardized residuals of a
-/// frame, the mean of u·r over shots and balls differs from 0 (Student's t), and by more than in the
-/// last frame before the impacts.
+/// Returns the number of frames after the impacts by which the tracker lags, if it does.
 pub(crate) fn lags(film: &FilmBlock, own: &[Own], shared: &Shared) -> Option<usize> {
     let shots = film.shots.iter().zip(own).take(MAX_SHOTS);
-    let all: Vec<_> =
-        shots.filter_map(|(shot, own)| residuals_along(&ShotAt { film, shot, own, shared })).collect();
+    let near = shots.filter_map(|(shot, own)| near_impact(&ShotAt { film, shot, own, shared }));
+    find_lag(&near.collect::<Vec<_>>())
+}
+
+/// The bodies of a shot next to an impact that changes their velocities by d.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Near {
+    /// Σd·r over the bodies, r the standardized residuals of a frame: of the last frame before the
+    /// impact, and of the first ones after it.
+    along: [f64; AFTER + 1],
+    /// Σd²
+    square: f64,
+}
+
+/// Returns the number of frames after the impacts by which a tracker lags, if it does: residuals are
+/// in proportion to the change of velocity, r = l d with l = Σd·r/Σd² over shots and bodies, and l
+/// differs from 0 (Student's t), and by more than in the last frame before the impacts.
+pub(crate) fn find_lag(all: &[Near]) -> Option<usize> {
     let count = all.len() as f64;
     let student = StudentsT::new(0.0, 1.0, count - 1.0).ok()?;
-    let mean = |frame: usize| all.iter().map(|shot| shot[frame]).sum::<f64>() / count;
+    let square: f64 = all.iter().map(|shot| shot.square).sum();
+    let lag = |frame: usize| all.iter().map(|shot| shot.along[frame]).sum::<f64>() / square;
     let chance = |frame: usize| {
-        let square = all.iter().map(|shot| (shot[frame] - mean(frame)).powi(2)).sum::<f64>();
-        2.0 * student.sf(mean(frame).abs() / (square / (count - 1.0) / count).sqrt())
+        let off = |shot: &Near| (shot.along[frame] - lag(frame) * shot.square).powi(2);
+        let scatter = all.iter().map(off).sum::<f64>() * count / (count - 1.0);
+        2.0 * student.sf(lag(frame).abs() * square / scatter.sqrt())
     };
     let is_late = |frame: usize| {
-        chance(frame) < POLICY.improbable / AFTER as f64 && BEFORE.contains(&(mean(0) / mean(frame)))
+        chance(frame) < POLICY.improbable / AFTER as f64 && BEFORE.contains(&(lag(0) / lag(frame)))
     };
     let is_off = |frame: &usize| chance(*frame) < POLICY.level;
     (1..=AFTER).any(is_late).then(|| (1..=AFTER).rev().find(is_off))?
 }
 
-/// Returns u·r of both balls together in the last frame before the impact and the first ones after
-/// it, also in frames that were left out; `None` for too few.
-fn residuals_along(at: &ShotAt) -> Option<[f64; AFTER + 1]> {
+impl Near {
+    /// Adds a body with its frames, each with its instant, s; `None` for too few.
+    pub(crate) fn add(&mut self, frames: &[(f64, Point)], change: Point, instant: f64) -> Option<()> {
+        let last = frames.partition_point(|(time, _)| *time < instant).checked_sub(1)?;
+        for (sum, (_, residual)) in self.along.iter_mut().zip(frames.get(last..=last + AFTER)?) {
+            *sum += change.dot(residual);
+        }
+        self.square += change.norm_squared();
+        self.along.iter().all(|sum| sum.is_finite()).then_some(())
+    }
+}
+
+/// Returns both balls of a shot next to its impact, also in frames that were left out; `None` for too
+/// few.
+fn near_impact(at: &ShotAt) -> Option<Near> {
     let (struck, frames) = (at.struck().ok()?, at.fitted_frames());
     let [cue, object] = struck.after.each_ref().map(|ball| ball.velocity);
-    let mut all = [0.0; AFTER + 1];
+    let mut near = Near::default();
     for (ball, change) in [(TrackedBall::Cue, cue - struck.before.velocity), (TrackedBall::Object, object)] {
-        let change = struck.turn(&change).map(|v| v.re).normalize();
-        let frames: Vec<&FittedFrame> = frames.iter().filter(|frame| frame.ball == ball).collect();
-        let last = frames.partition_point(|frame| frame.time < at.own[own::TIME]).checked_sub(1)?;
-        for (residual, frame) in all.iter_mut().zip(frames.get(last..=last + AFTER)?) {
-            *residual += change.dot(&Point::from(frame.standardized()));
-        }
+        let of_ball = frames.iter().filter(|frame| frame.ball == ball);
+        let of_ball: Vec<_> = of_ball.map(|frame| (frame.time, frame.standardized().into())).collect();
+        near.add(&of_ball, struck.turn(&change).map(|v| v.re), at.own[own::TIME])?;
     }
-    all.iter().all(|residual| residual.is_finite()).then_some(all)
+    Some(near)
 }
