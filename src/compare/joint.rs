@@ -111,7 +111,8 @@ pub(super) struct Tests {
 impl Tests {
     fn new(solution: &Solution) -> Self {
         let is_robust = solution.problem.is_robust();
-        let is_estimated = solution.problem.samples.iter().any(|sample| sample.block.estimates_noise());
+        let is_estimated =
+            solution.problem.samples.iter().any(|sample| sample.block.variation().is_estimated());
         let count = if is_robust {
             solution.at.shots.iter().map(Vec::len).sum::<usize>() as f64
         } else {

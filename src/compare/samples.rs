@@ -172,8 +172,7 @@ impl Samples<'_> {
             });
             let noise_of = self.find_table(alone, &block, &samples).unwrap_or(samples.len());
             if let Some(first) = samples.get_mut(noise_of) {
-                let noises = first.block.noises_mut().to_vec();
-                block.noises_mut().copy_from_slice(&noises);
+                block.variation_mut().noises.clone_from(&first.block.variation().noises);
             }
             let names = Arc::clone(&alone.solution.problem.samples[0].names);
             samples.push(Sample { block, names, columns: columns_of_sample, noise_of });
@@ -245,7 +244,7 @@ impl Samples<'_> {
     fn find_table(&self, alone: &Alone, block: &Block, samples: &[Sample]) -> Option<usize> {
         let Block::Rows(own) = block else { return None };
         let is_of_table = |(other, sample): (&Alone, &Sample)| {
-            matches!(&sample.block, Block::Rows(of) if of.noises.len() == own.noises.len())
+            matches!(&sample.block, Block::Rows(of) if of.variation.noises.len() == own.variation.noises.len())
                 && other.film == alone.film
         };
         self.fitted.iter().zip(samples).position(is_of_table)

@@ -60,7 +60,7 @@ impl FoundCamera {
 
     /// Returns the correlation of the noise of neighbouring frames, if the frames determine it.
     pub(crate) fn noise_correlation(&self) -> Option<f64> {
-        Some(self.solution.problem.film()?.noise[1].rho).filter(|rho| *rho > 0.0)
+        Some(self.solution.problem.film()?.variation.noises[1].rho).filter(|rho| *rho > 0.0)
     }
 
     /// Returns the corrections as a sentence; `None` if all were held.

@@ -176,7 +176,7 @@ mod tests {
         let dataset = rolls(5, 1);
         let Prepared { mut problem, start: mut state, .. } =
             prepare_film(&dataset, &Choices::default()).unwrap();
-        problem.film_mut().unwrap().noise = [Noise { sd: 0.05, rho: 0.3 }; 2];
+        problem.film_mut().unwrap().variation.noises = vec![Noise { sd: 0.05, rho: 0.3 }; 2];
         let columns: Vec<usize> =
             problem.free().into_iter().chain(Id::OFFSETS.map(|id| id as usize)).collect();
         for column in problem.free() {
@@ -210,7 +210,7 @@ mod tests {
         let Prepared { mut problem, start: mut state, .. } = prepare_discs(&dataset).unwrap();
         let block = problem.discs_mut().unwrap();
         block.has_law = true;
-        block.noise.iter_mut().for_each(|noise| (noise.sd, noise.rho) = (1e-2, 0.3));
+        block.variation.noises.iter_mut().for_each(|noise| (noise.sd, noise.rho) = (1e-2, 0.3));
         (state.shared[Id::Slowing], state.shared[Id::Kappa]) = (0.05, 1.3);
         state.own[0][1][LEAD] = 1e-3;
         check_gradient(&problem, &state, &problem.free(), 1, [2e-3; 2]);

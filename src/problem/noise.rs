@@ -32,7 +32,7 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
     let spent = count_spent(problem, at, (reduced, &estimates), &sums);
     let mut settled = true;
     for sample in 0..sums.len() {
-        if problem.samples[sample].block.estimates_noise() {
+        if problem.samples[sample].block.variation().is_estimated() {
             let dof = count(&sums[sample]) - spent[sample].iter().sum::<f64>();
             // residuals are less correlated than the errors, as each shot's unknowns follow slow
             // errors
@@ -54,7 +54,7 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
                 let residual_rho = if sum.square > 0.0 { sum.lagged / sum.square } else { 0.0 };
                 let rho = likeliest.unwrap_or(residual_rho).clamp(0.0, 1.0 - 0.5 * RHO_STEP);
                 let least = if let Block::Rows(rows) = &*block { rows.pools[which].least() } else { 0.0 };
-                let noise = &mut block.noises_mut()[which];
+                let noise = &mut block.variation_mut().noises[which];
                 let sd = (noise.sd * growth.sqrt()).max(least);
                 let changed = (sd / noise.sd).powi(2) - 1.0;
                 settled &= changed.abs() < SETTLED && (rho - noise.rho).abs() < SETTLED;
@@ -62,10 +62,10 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
             }
         }
         // in a comparison spreads stay: they are not to explain that data sets differ
-        let spreads = if sums.len() == 1 { problem.samples[0].block.spreads().len() } else { 0 };
+        let spreads = if sums.len() == 1 { problem.samples[0].block.variation().spreads.len() } else { 0 };
         for which in 0..spreads {
             let new = estimate_spread(problem, at, (reduced, &estimates), sample, which);
-            let old = &mut problem.samples[sample].block.spreads_mut()[which];
+            let old = &mut problem.samples[sample].block.variation_mut().spreads[which];
             settled &= SAME_SPREAD.contains(&(new / old.sd));
             old.sd = new;
         }
@@ -80,10 +80,10 @@ pub(super) fn minus_two_log(problem: &Problem, at: &Evaluation) -> f64 {
         sum.count * variance.ln() - sum.weighted + sum.ln_determinant
     };
     let sample_term = |(number, sample): (usize, &Sample)| {
-        let block = &sample.block;
-        let noises = if block.estimates_noise() { block.noises() } else { &[] };
+        let variation = sample.block.variation();
+        let noises = if variation.is_estimated() { &variation.noises[..] } else { &[] };
         let scattered = at.shots[number].iter().flat_map(|shot| &shot.scattered);
-        let spread_terms = scattered.map(|number| 2.0 * block.spreads()[number.spread].sd.ln());
+        let spread_terms = scattered.map(|number| 2.0 * variation.spreads[number.spread].sd.ln());
         at.noises(number).iter().zip(noises).map(noise_term).sum::<f64>() + spread_terms.sum::<f64>()
     };
     at.cost + problem.samples.iter().enumerate().map(sample_term).sum::<f64>()
@@ -120,7 +120,7 @@ fn likeliest_correlation(problem: &mut Problem, at: &Evaluation, sample: usize, 
     let lagged = sums.iter().map(|sum| sum.lagged).sum::<f64>();
     let square = sums.iter().map(|sum| sum.square).sum::<f64>();
     let residual_rho = lagged / square;
-    let noises = problem.samples[sample].block.noises_mut();
+    let noises = &problem.samples[sample].block.variation().noises;
     let mean = noises.iter().map(|noise| noise.rho).sum::<f64>() / noises.len() as f64;
     let present = mean.max(residual_rho);
     if !(present > MIN_RHO && dof > 0.0) {
@@ -140,7 +140,7 @@ fn likeliest_correlation(problem: &mut Problem, at: &Evaluation, sample: usize, 
 /// least over all unknowns and the size of the noise: (N − p) ln χ² + ln|R| + ln|XᵀR⁻¹X|.
 fn restricted(problem: &Problem, at: &Evaluation, (sample, rho): (usize, f64), dof: f64) -> Option<f64> {
     let mut other = problem.clone();
-    for noise in other.samples[sample].block.noises_mut() {
+    for noise in &mut other.samples[sample].block.variation_mut().noises {
         noise.rho = rho;
     }
     let there = other.evaluate(at.state.clone());
@@ -168,7 +168,7 @@ fn estimate_spread(
     sample: usize,
     which: usize,
 ) -> f64 {
-    let spread = &problem.samples[sample].block.spreads()[which];
+    let spread = &problem.samples[sample].block.variation().spreads[which];
     let mut shown = Vec::new();
     for (i, shot) in at.shots[sample].iter().enumerate() {
         let is_free = |number: &&Scattered| number.spread == which && !shot.held[number.place];

@@ -10,7 +10,7 @@ use super::film::filmed::{FilmBlock, ShotAt};
 use super::film::impact::Contact;
 use super::findings::Finding;
 use super::rows::block::RowsBlock;
-use super::sums::{Contribution, Noise, Spread};
+use super::sums::{Contribution, Variation};
 use super::unknowns::{CAMERA, Id, Mode, Own, PHYSICS, SHARED, Shared, Unknown};
 use crate::measurement::loss::Loss;
 
@@ -49,30 +49,19 @@ impl Block {
         }
     }
 
-    pub(crate) fn noises_mut(&mut self) -> &mut [Noise] {
+    pub(crate) fn variation(&self) -> &Variation {
         match self {
-            Self::Film(film) => &mut film.noise,
-            Self::Discs(discs) => &mut discs.noise,
-            Self::Rows(rows) => &mut rows.noises,
+            Self::Film(film) => &film.variation,
+            Self::Discs(discs) => &discs.variation,
+            Self::Rows(rows) => &rows.variation,
         }
     }
 
-    /// Returns the noises, in the order of the sums of a contribution.
-    pub(crate) fn noises(&self) -> &[Noise] {
+    pub(crate) fn variation_mut(&mut self) -> &mut Variation {
         match self {
-            Self::Film(film) => &film.noise,
-            Self::Discs(discs) => &discs.noise,
-            Self::Rows(rows) => &rows.noises,
-        }
-    }
-
-    /// Returns whether noises are estimated from the residuals.
-    pub(crate) fn estimates_noise(&self) -> bool {
-        match self {
-            Self::Film(film) => !film.states_noise,
-            // what the law leaves is scatter of the shots
-            Self::Discs(discs) => !discs.has_law,
-            Self::Rows(rows) => !rows.noises.is_empty(),
+            Self::Film(film) => &mut film.variation,
+            Self::Discs(discs) => &mut discs.variation,
+            Self::Rows(rows) => &mut rows.variation,
         }
     }
 
@@ -91,23 +80,6 @@ impl Block {
             Self::Film(film) => film.shots.iter().filter(|shot| shot.correction.is_some()).count(),
             Self::Discs(_) => 0,
             Self::Rows(rows) => rows.shots.iter().filter(|shot| shot.offset.is_some()).count(),
-        }
-    }
-
-    /// Returns the spreads of own unknowns from shot to shot.
-    pub(crate) fn spreads(&self) -> &[Spread] {
-        match self {
-            Self::Film(film) => &film.spreads,
-            Self::Discs(discs) => &discs.spreads,
-            Self::Rows(_) => &[],
-        }
-    }
-
-    pub(crate) fn spreads_mut(&mut self) -> &mut [Spread] {
-        match self {
-            Self::Film(film) => &mut film.spreads,
-            Self::Discs(discs) => &mut discs.spreads,
-            Self::Rows(_) => &mut [],
         }
     }
 

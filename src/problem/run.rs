@@ -51,7 +51,7 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices) -> Result<Solution,
         run = without_causes;
         run.let_scatter();
         estimates = run.name_causes(how)?;
-        let spreads = run.problem.film().map_or(&[][..], |film| &film.spreads[FIRST_SCATTER..]);
+        let spreads = run.problem.film().map_or(&[][..], |film| &film.variation.spreads[FIRST_SCATTER..]);
         let differing = SCATTERED.into_iter().zip(spreads).filter(|(_, spread)| spread.sd > spread.first);
         let spreads: Vec<_> = differing.map(|(id, spread)| Differing { id, sd: spread.sd }).collect();
         run.data.record.findings.extend((!spreads.is_empty()).then_some(Finding::Dispersed { spreads }));
@@ -63,7 +63,7 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices) -> Result<Solution,
     let film = run.problem.film();
     let lags = film.and_then(|film| outliers::lags(film, &state.own[0], &state.shared));
     run.data.record.findings.extend(lags.map(|_| Finding::Lags));
-    let side = film.map(|film| film.spreads[SIDE_SPREAD]);
+    let side = film.map(|film| film.variation.spreads[SIDE_SPREAD]);
     let is_wide = |side: &Spread| side.sd > POLICY.side_spins.max(2.0 * side.first);
     run.data.record.findings.extend(side.filter(is_wide).map(|Spread { sd, .. }| Finding::SideSpins { sd }));
     let misfit = run.slow_variance();
@@ -90,7 +90,7 @@ fn judge_outcomes(data: &Prepared) -> Option<(Vec<bool>, State)> {
     let mut robust = data.problem.clone();
     let film = robust.film_mut()?;
     let numbers = Id::OFFSETS.len();
-    (film.loss, film.states_noise) = (Some(ShotLoss::new(Loss::Cauchy, numbers)), true);
+    (film.loss, film.variation.is_stated) = (Some(ShotLoss::new(Loss::Cauchy, numbers)), true);
     let end = fit(&mut robust, &data.start)?.end;
     let distance = |i: usize| end.shots[0][i].part.map_or(f64::INFINITY, |part| part.distance);
     let keep = judge_shots(&end.shots[0], distance, 1.0);
@@ -203,13 +203,7 @@ impl Run {
     /// estimates.
     fn name_causes(&mut self, how: (bool, Compliance)) -> Result<Estimates, FilmError> {
         let effects = choose_effects(&mut self.problem, &mut self.descent, how);
-        let is_adopted = |effect: &Finding| {
-            !matches!(
-                effect,
-                Finding::Compliance { adopted: false, .. } | Finding::Weight { adopted: false, .. }
-            )
-        };
-        self.data.record.findings.extend(effects.into_iter().filter(is_adopted));
+        self.data.record.findings.extend(effects);
         let mut estimates = self.estimates()?;
         for _ in 0..MAX_CAUSES {
             let cause = causes::explain(&self.problem, &self.descent.end, &estimates);
@@ -262,7 +256,8 @@ impl Run {
     /// ball for which that is larger.
     fn slow_variance(&self) -> f64 {
         let variance = |noise: &Noise| noise.sd * noise.sd * (1.0 + noise.rho) / (1.0 - noise.rho);
-        let [now, first] = [&self.problem, &self.data.problem].map(|of| of.samples[0].block.noises());
+        let [now, first] =
+            [&self.problem, &self.data.problem].map(|of| &of.samples[0].block.variation().noises);
         let ratios = now.iter().zip(first).map(|(now, first)| variance(now) / variance(first));
         ratios.fold(0.0, f64::max)
     }

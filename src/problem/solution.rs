@@ -293,7 +293,7 @@ impl Solution {
 
     /// Returns whether the noise of all data is stated.
     pub fn states_noise(&self) -> bool {
-        self.problem.samples.iter().all(|sample| !sample.block.estimates_noise())
+        self.problem.samples.iter().all(|sample| !sample.block.variation().is_estimated())
     }
 
     /// Returns the weight of each shot of the first sample by a robust loss; an empty list by least

@@ -74,6 +74,24 @@ impl Spread {
     }
 }
 
+/// How much the numbers of a block vary.
+#[derive(Clone)]
+pub(crate) struct Variation {
+    /// The noises, in the order of the sums of a contribution.
+    pub(crate) noises: Vec<Noise>,
+    /// Whether the noises are known, and not estimated from the residuals.
+    pub(crate) is_stated: bool,
+    /// Spreads of own unknowns from shot to shot.
+    pub(crate) spreads: Vec<Spread>,
+}
+
+impl Variation {
+    /// Returns whether noises are estimated from the residuals.
+    pub(crate) fn is_estimated(&self) -> bool {
+        !(self.is_stated || self.noises.is_empty())
+    }
+}
+
 /// The prior of an own unknown of a shot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum OwnPrior {

@@ -11,7 +11,7 @@ use crate::physics::disc::Discs;
 use crate::problem::film::camera::{Camera, Point};
 use crate::problem::film::dual::{constant, gradient};
 use crate::problem::frames::{Frame, Sight, add_track, rows, whiten};
-use crate::problem::sums::{Contribution, Noise, OwnPrior, Scattered, Spread};
+use crate::problem::sums::{Contribution, Noise, OwnPrior, Scattered, Variation};
 use crate::problem::unknowns::{CAMERA, Own, PHYSICS, SHARED, Shared};
 
 /// Prior standard deviation of an unknown offset, over the normal impulse or the closing speed, and
@@ -70,16 +70,14 @@ pub(crate) struct DiscBlock {
     /// Whether shots scatter about a law of the impact; else they have any e and J_t/J_n, any
     /// balance of momentum and any spins.
     pub(crate) has_law: bool,
-    /// The noises of each shot one after the other.
-    pub(crate) noise: Vec<Noise>,
-    /// Spreads of each [`Component`].
-    pub(crate) spreads: Vec<Spread>,
+    /// The noises of each shot one after the other, and the spreads of each [`Component`].
+    pub(crate) variation: Variation,
 }
 
 impl DiscBlock {
     /// Returns the noises of shot `i`.
     pub(super) fn noise_of(&self, i: usize) -> &[Noise] {
-        &self.noise[NOISES * i..NOISES * (i + 1)]
+        &self.variation.noises[NOISES * i..NOISES * (i + 1)]
     }
 
     /// Returns the motion of shot `i`, and the used frames of each track, whitened; `None` if the
@@ -126,9 +124,9 @@ impl DiscBlock {
     pub(crate) fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
         let (shot, count) = (&self.shots[i], own.len());
         let Some((motion, sights)) = self.sights(i, own, shared) else {
-            return Contribution::impossible(count, SHARED, self.noise.len());
+            return Contribution::impossible(count, SHARED, self.variation.noises.len());
         };
-        let mut total = Contribution::empty(count, SHARED, self.noise.len());
+        let mut total = Contribution::empty(count, SHARED, self.variation.noises.len());
         total.sums.sticks = shot.stuck.is_some();
         for (track, sights) in shot.tracks.iter().zip(sights) {
             // without a marker its derivatives are 0
@@ -142,10 +140,10 @@ impl DiscBlock {
         }
         let mut total = total.or_impossible();
         for (place, prior) in self.own_priors(i) {
-            total.add_prior((place, prior), own[place], &self.spreads);
+            total.add_prior((place, prior), own[place], &self.variation.spreads);
         }
         for number in self.deviations(i, &motion, (own, shared)) {
-            total.add_scattered(number, &self.spreads);
+            total.add_scattered(number, &self.variation.spreads);
         }
         total
     }
@@ -216,10 +214,10 @@ impl DiscBlock {
 
     /// Takes shots instead of all; one may be taken several times.
     pub fn take(&mut self, indices: &[usize]) {
-        self.noise = indices.iter().flat_map(|i| self.noise_of(*i).to_vec()).collect();
+        self.variation.noises = indices.iter().flat_map(|i| self.noise_of(*i).to_vec()).collect();
         self.shots = Arc::new(indices.iter().map(|i| self.shots[*i].clone()).collect());
         if self.shots.len() == 1 {
-            self.spreads = spreads(&self.discs, 1);
+            self.variation.spreads = spreads(&self.discs, 1);
         }
     }
 }

@@ -19,7 +19,7 @@ use crate::numerics::{median, wrap};
 use crate::problem::film::camera::Point;
 use crate::problem::film::film_data::{FilmError, Reading, repair_drops};
 use crate::problem::problem::{Block, Prepared, Problem, Record, State};
-use crate::problem::sums::Noise;
+use crate::problem::sums::{Noise, Variation};
 use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Standard error of a parabola through 15 frames at twice their reach, over the noise of a frame:
@@ -81,10 +81,10 @@ pub(crate) fn prepare_discs(dataset: &Dataset) -> Result<Prepared, FilmError> {
         let sd = unit * (DISTANCE_SD * meeting.relative(0)[0].norm()).max(EXTRAPOLATED * sd);
         [Noise { sd, rho: shot.correlation }; NOISES]
     };
-    let noise = guessed.iter().flat_map(noise).collect();
+    let noises = guessed.iter().flat_map(noise).collect();
     let names: Vec<String> = guessed.iter().map(|guessed| guessed.shot.name.clone()).collect();
-    let spreads = spreads(&discs, shots.len());
-    let block = DiscBlock { shots: Arc::new(shots), discs, has_law: false, noise, spreads };
+    let variation = Variation { noises, is_stated: false, spreads: spreads(&discs, shots.len()) };
+    let block = DiscBlock { shots: Arc::new(shots), discs, has_law: false, variation };
     let start = State { own: vec![own], shared };
     let problem = Problem::of_one(Block::Discs(block), names, unknowns);
     let record = Record { findings, left_out, unit, middle: middle.into() };

@@ -118,7 +118,9 @@ fn choose_law(free: &Prepared, settings: &Settings) -> Result<(Vec<Solution>, Op
 /// returns the minima, the likeliest first.
 fn fit_law(free: &Prepared, law: &[Unknown]) -> Result<Vec<Solution>, FilmError> {
     let (mut problem, mut first) = (free.problem.clone(), free.start.clone());
-    problem.discs_mut().ok_or(FilmError::NoFilm)?.has_law = true;
+    let block = problem.discs_mut().ok_or(FilmError::NoFilm)?;
+    // what the law leaves is scatter of the shots
+    (block.has_law, block.variation.is_stated) = (true, true);
     for unknown in &law[..LAW] {
         *problem.unknown_mut(unknown.id) = *unknown;
         first.shared[unknown.id] = unknown.start;
@@ -149,7 +151,7 @@ fn unlikely(fit: &Solution) -> f64 {
 /// Returns whether each shot is kept: its e and J_t/J_n, momentum, spins and distance differ from
 /// those of the others by no more than chance makes them.
 fn judge_shots(fit: &Solution) -> Result<Vec<bool>, FilmError> {
-    let spreads = fit.problem.samples[0].block.spreads();
+    let spreads = &fit.problem.samples[0].block.variation().spreads;
     let reduced = fit.at.reduced().ok_or(FilmError::Undetermined)?;
     let squares = |(i, scattered): (usize, &Vec<Scattered>)| {
         let squares: Vec<f64> = scattered
@@ -172,7 +174,7 @@ impl DiscFit {
     /// not show it.
     pub(crate) fn scatter(&self) -> [f64; Component::ALL.len()] {
         let mut scatter = [0.0; Component::ALL.len()];
-        let spreads = self.solution.problem.samples[0].block.spreads();
+        let spreads = &self.solution.problem.samples[0].block.variation().spreads;
         for number in self.solution.at.shots[0].iter().flat_map(|shot| &shot.scattered) {
             scatter[number.spread] = spreads[number.spread].sd;
         }

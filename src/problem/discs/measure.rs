@@ -193,7 +193,7 @@ impl DiscBlock {
     /// Returns the number of used frames after the impacts by which the tracker lags, if it does.
     fn lags(&self, state: &State) -> Option<usize> {
         let mut white = self.clone();
-        white.noise.iter_mut().for_each(|noise| noise.rho = 0.0);
+        white.variation.noises.iter_mut().for_each(|noise| noise.rho = 0.0);
         let along = |(i, own): (usize, &Own)| {
             let (motion, sights) = white.sights(i, own, &state.shared)?;
             let mut near = Near::default();

@@ -57,7 +57,7 @@ impl FilmBlock {
     /// leaves out frames so far away that a friction of the cloth that errs by 0.1 moves a ball by
     /// more.
     pub(crate) fn coarsen(&mut self, own: &[Own]) {
-        for noise in &mut self.noise {
+        for noise in &mut self.variation.noises {
             noise.sd = noise.sd.max(COARSE_SD);
         }
         // ½ · 0.1 g t²
@@ -103,7 +103,7 @@ impl FilmBlock {
                 frame.seen = frame.seen * factor + by;
             }
         }
-        for noise in &mut self.noise {
+        for noise in &mut self.variation.noises {
             noise.sd *= factor;
         }
     }
@@ -153,7 +153,7 @@ impl ShotAt<'_> {
         let mut sums = self.add_frames();
         for (i, scatters) in film.scatters.into_iter().enumerate() {
             let prior = if scatters { OwnPrior::Spread(FIRST_SCATTER + i) } else { OwnPrior::Held };
-            sums.add_prior((own::SCATTER + i, prior), own[own::SCATTER + i], &film.spreads);
+            sums.add_prior((own::SCATTER + i, prior), own[own::SCATTER + i], &film.variation.spreads);
         }
         self.constrain_spin(&mut sums);
         sums
@@ -171,13 +171,13 @@ impl ShotAt<'_> {
                 (OwnPrior::Spread(spread), Some(mean)) if place == own::TOPSPIN => {
                     by[OWN + mean as usize] = -1.0;
                     let value = own[place] - shared[mean];
-                    sums.add_scattered(Scattered { spread, place, value, by }, &film.spreads);
+                    sums.add_scattered(Scattered { spread, place, value, by }, &film.variation.spreads);
                 }
                 (OwnPrior::Stated(sd), _) => {
                     let value = own[place] - through.shift(shared, &mut by);
                     sums.add_stated((place, sd), value, &by);
                 }
-                (prior, _) => sums.add_prior((place, prior), own[place], &film.spreads),
+                (prior, _) => sums.add_prior((place, prior), own[place], &film.variation.spreads),
             }
         }
         let (value, slope) = (own[own::TOPSPIN], sums.slope(own::TOPSPIN));
@@ -214,7 +214,7 @@ impl ShotAt<'_> {
 
     fn look(&self, ball: usize, pieces: &[Piece]) -> Vec<Sight<ROW>> {
         let (camera, instant) = (Camera::new(self.shared), self.own[own::TIME]);
-        let Noise { sd, rho } = self.film.noise[ball];
+        let Noise { sd, rho } = self.film.variation.noises[ball];
         let late = ball as f64 / self.shot.fps;
         let see = |frame: &Frame| {
             let time = frame.time - instant + camera.delay(frame.seen, late);

@@ -162,7 +162,7 @@ pub(crate) fn spin_freely(problem: &Problem, at: &Evaluation, first: &Prepared) 
     let start = State { shared: Shared::starts(&free.unknowns), ..first.start.clone() };
     let film = free.film_mut()?;
     let before = first.problem.film()?;
-    (film.noise, film.spreads) = (before.noise, before.spreads);
+    film.variation = before.variation.clone();
     for shot in Arc::make_mut(&mut film.shots) {
         shot.spin = ShotSpin::UNKNOWN;
     }
@@ -170,7 +170,7 @@ pub(crate) fn spin_freely(problem: &Problem, at: &Evaluation, first: &Prepared) 
     let state = &descent.end.state;
     // at the noise of the first fit
     let mut same = free.clone();
-    same.film_mut()?.noise = problem.film()?.noise;
+    same.film_mut()?.variation.noises.clone_from(&problem.film()?.variation.noises);
     let fall = at.cost - same.evaluate(state.clone()).cost;
     let shots = &free.film()?.shots;
     if !(fall > POLICY.cause + 2.0 * shots.len() as f64) {

@@ -26,7 +26,7 @@ use crate::problem::frames::Frame;
 use crate::problem::loss::ShotLoss;
 use crate::problem::policy::Choices;
 use crate::problem::problem::{Block, Prepared, Problem, Record, State};
-use crate::problem::sums::Noise;
+use crate::problem::sums::{Noise, Variation};
 use crate::problem::unknowns::{Id, Own, Shared};
 
 /// Ratio of lengths to those expected, less 1, beyond which they are in another unit than stated,
@@ -96,10 +96,12 @@ pub(crate) fn prepare_film(dataset: &Dataset, choices: &Choices) -> Result<Prepa
     let loss = choices.loss.unwrap_or(dataset.loss);
     let block = FilmBlock {
         shots: Arc::new(shots),
-        spreads: first_spreads(dataset.side_sd),
         contact: Contact::new(&model, &unknowns),
-        noise: [noise; 2],
-        states_noise,
+        variation: Variation {
+            noises: vec![noise; 2],
+            is_stated: states_noise,
+            spreads: first_spreads(dataset.side_sd).to_vec(),
+        },
         scatters: [false; SCATTERED.len()],
         loss: (loss != Loss::Squares).then(|| ShotLoss::new(loss, Id::OFFSETS.len())),
     };

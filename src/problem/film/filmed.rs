@@ -6,10 +6,10 @@ use super::camera::Point;
 use super::impact::{Contact, Correction};
 use super::marker_rotation::MarkerTrack;
 use super::own::SCATTERED;
-use super::spins::{SPREADS, ShotSpin, Through};
+use super::spins::{ShotSpin, Through};
 use crate::problem::frames::Frame;
 use crate::problem::loss::ShotLoss;
-use crate::problem::sums::{Noise, Spread};
+use crate::problem::sums::Variation;
 use crate::problem::unknowns::{Own, Shared};
 
 /// A shot as it was filmed.
@@ -71,13 +71,9 @@ pub(crate) struct SideSpin {
 #[derive(Clone)]
 pub(crate) struct FilmBlock {
     pub(crate) shots: Arc<Vec<FilmedShot>>,
-    /// Spreads from shot to shot: of topspin, side spin, and what else scatters.
-    pub(crate) spreads: [Spread; SPREADS],
+    /// The noise of each ball; the spreads of topspin, side spin, and what else scatters.
+    pub(crate) variation: Variation,
     pub(crate) contact: Contact,
-    /// The noise of each ball.
-    pub(crate) noise: [Noise; 2],
-    /// Whether the noise of every frame is stated.
-    pub(crate) states_noise: bool,
     /// Which of [`SCATTERED`] differ from shot to shot.
     pub(crate) scatters: [bool; SCATTERED.len()],
     /// How outlying shots count; `None`: by least squares.

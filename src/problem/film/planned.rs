@@ -18,7 +18,7 @@ use crate::measurement::spin::Spin;
 use crate::physics::collision::{Model, NotACollision};
 use crate::problem::frames::Frame;
 use crate::problem::policy::POLICY;
-use crate::problem::sums::{Noise, Shown, Spread};
+use crate::problem::sums::{Noise, Shown, Spread, Variation};
 use crate::problem::unknowns::{Id, Own, Shared, Unknown};
 
 /// A shot that is planned, in the frame of the table.
@@ -76,10 +76,12 @@ pub(crate) fn information(
 ) -> Result<Vec<Option<DMatrix<f64>>>, NotACollision> {
     let mut film = FilmBlock {
         shots: Arc::default(),
-        spreads: first_spreads(0.0),
         contact: Contact::new(model, unknowns),
-        noise: [Noise { sd: filming.sd, rho: 0.0 }; 2],
-        states_noise: true,
+        variation: Variation {
+            noises: vec![Noise { sd: filming.sd, rho: 0.0 }; 2],
+            is_stated: true,
+            spreads: first_spreads(0.0).to_vec(),
+        },
         scatters: own::scattering(unknowns),
         loss: None,
     };
@@ -95,7 +97,8 @@ pub(crate) fn information(
     let spins = [(TOPSPIN_SPREAD, own::TOPSPIN, filming.topspin_sd), (SIDE_SPREAD, own::SIDE, 0.0)];
     for (which, place, truth) in spins.into_iter().chain(scattered) {
         let variances: Vec<f64> = variances.iter().flatten().map(|variances| variances[place]).collect();
-        film.spreads[which].sd = found(&film.spreads[which], &variances, truth, filming.shots as f64);
+        film.variation.spreads[which].sd =
+            found(&film.variation.spreads[which], &variances, truth, filming.shots as f64);
     }
     let informs = |((shot, own), variances): (&(FilmedShot, Own), &Option<Own>)| {
         variances.as_ref()?;

@@ -116,7 +116,7 @@ impl ShotAt<'_> {
         let Some(paths) = &self.paths() else { return Vec::new() };
         let balls = [TrackedBall::Cue, TrackedBall::Object].into_iter().enumerate();
         let frames_of_ball = |(which, ball): (usize, TrackedBall)| {
-            let noise = self.film.noise[which].sd;
+            let noise = self.film.variation.noises[which].sd;
             self.shot.tracks[which].iter().map(move |frame| FittedFrame {
                 ball,
                 time: frame.time,
@@ -288,7 +288,7 @@ impl Solution {
             shot: impact,
             shared_part: parts.iter().sum::<f64>() / parts.len() as f64,
             time,
-            position_sd: film.noise[1].sd * typical_sd,
+            position_sd: film.variation.noises[1].sd * typical_sd,
             reduced_chi2: add_up(|noise| noise.weighted) / dof.max(1.0),
             outliers: shot.tracks.iter().flatten().filter(is_left_out).count(),
             own: own.clone(),

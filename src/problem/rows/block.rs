@@ -18,7 +18,7 @@ use crate::problem::film::dual::{Dual, DualVector, constant, gradient, norm, wit
 use crate::problem::film::impact::{Contact, Parting, Side};
 use crate::problem::film::own::{MOVING, SCATTERED};
 use crate::problem::loss::ShotLoss;
-use crate::problem::sums::{Contribution, Noise};
+use crate::problem::sums::{Contribution, Variation};
 use crate::problem::unknowns::{Mode, Own, PHYSICS, Shared, Unknown};
 
 /// Steps until an unknown speed before the impact gives the measured one afterwards.
@@ -50,7 +50,7 @@ pub(crate) struct RowsBlock {
     /// before it.
     pub(crate) width: usize,
     /// Noises of numbers whose errors are not stated: of each pool.
-    pub(crate) noises: Vec<Noise>,
+    pub(crate) variation: Variation,
     /// The observables of a unit, unless their noises differ.
     pub(crate) pools: Vec<Pool>,
     pub(crate) loss: Loss,
@@ -61,9 +61,9 @@ pub(crate) struct RowsBlock {
 impl RowsBlock {
     /// Returns a block of shots with a loss, without noises.
     pub fn new(shots: Vec<RowShot>, contact: &Contact, unknowns: &[Unknown], loss: Loss) -> Self {
-        let (noises, pools, losses) = (Vec::new(), Vec::new(), Vec::new());
-        let (shots, contact) = (Arc::new(shots), *contact);
-        let block = Self { shots, contact, width: 0, noises, pools, loss, losses };
+        let variation = Variation { noises: Vec::new(), is_stated: false, spreads: Vec::new() };
+        let (shots, contact, pools, losses) = (Arc::new(shots), *contact, Vec::new(), Vec::new());
+        let block = Self { shots, contact, width: 0, variation, pools, loss, losses };
         block.with_unknowns(unknowns).with_loss(loss)
     }
 
@@ -101,7 +101,7 @@ impl RowsBlock {
 
     /// Returns the standard deviation of a number.
     fn sd(&self, row: &Row) -> f64 {
-        row.noise.map_or(row.number.measured.sd.unwrap_or(0.0), |noise| self.noises[noise].sd)
+        row.noise.map_or(row.number.measured.sd.unwrap_or(0.0), |noise| self.variation.noises[noise].sd)
     }
 
     /// Returns the residuals of shot `i`, independent of each other and in units of their errors;
@@ -119,7 +119,7 @@ impl RowsBlock {
 
     /// Returns the sums of shot `i`.
     pub(crate) fn contribute(&self, i: usize, own: &Own, shared: &Shared) -> Contribution {
-        let (shot, noises) = (&self.shots[i], self.noises.len());
+        let (shot, noises) = (&self.shots[i], self.variation.noises.len());
         let Some(predicted) = self.predict(i, own, shared) else {
             return Contribution::impossible(MOVING, self.width, noises);
         };

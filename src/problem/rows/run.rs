@@ -190,7 +190,7 @@ fn judge_rows(problem: &Problem, state: &State, how: (bool, Compliance)) -> Vec<
 fn least_scale(problem: &Problem) -> f64 {
     let Some(rows) = problem.rows() else { return 1.0 };
     let scale = |row: &Row| {
-        row.noise.map_or(1.0, |noise| (rows.pools[noise].least() / rows.noises[noise].sd).powi(2))
+        row.noise.map_or(1.0, |noise| (rows.pools[noise].least() / rows.variation.noises[noise].sd).powi(2))
     };
     let all: Vec<f64> = rows.shots.iter().flat_map(|shot| shot.rows.iter().map(scale)).collect();
     all.iter().sum::<f64>() / all.len() as f64

@@ -19,7 +19,7 @@ use crate::problem::film::priors::list_contact;
 use crate::problem::noise::MIN_DOF_OF_NOISE;
 use crate::problem::policy::{Choices, POLICY};
 use crate::problem::problem::{Block, Prepared, Problem, Record, Sample, State};
-use crate::problem::sums::{Noise, NoiseSums};
+use crate::problem::sums::{Noise, NoiseSums, Variation};
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
 
@@ -100,7 +100,7 @@ pub(crate) fn split_noise(problem: &mut Problem, at: &Evaluation) -> bool {
     of_split.group_noises(|_| true);
     // how far inputs err is not tested
     for input in Arc::make_mut(&mut of_split.shots).iter_mut().flat_map(|shot| &mut shot.inputs) {
-        let estimated = input.noise.take().map(|noise| of_split.noises[noise].sd);
+        let estimated = input.noise.take().map(|noise| of_split.variation.noises[noise].sd);
         input.number.measured.sd = estimated.or(input.number.measured.sd);
     }
     let at = split.evaluate(at.state.clone());
@@ -114,13 +114,13 @@ pub(crate) fn split_noise(problem: &mut Problem, at: &Evaluation) -> bool {
         let own: Vec<(f64, f64)> = own.filter(|(_, dof)| *dof >= MIN_DOF_OF_BARTLETT).collect();
         compare_variances(&own).is_some_and(|p| p < POLICY.improbable)
     };
-    let unequal = rows.pools.iter().zip(&rows.noises).filter(is_unequal);
+    let unequal = rows.pools.iter().zip(&rows.variation.noises).filter(is_unequal);
     let unequal: Vec<Observable> = unequal.flat_map(|(pool, _)| pool.observables.clone()).collect();
     if unequal.is_empty() {
         return false;
     }
     rows.group_noises(|observable| unequal.contains(observable));
-    for (pool, noise) in rows.pools.iter().zip(&mut rows.noises) {
+    for (pool, noise) in rows.pools.iter().zip(&mut rows.variation.noises) {
         let alone = |found: &&TableNoise| {
             found.dof >= MIN_DOF_OF_BARTLETT && found.pool.observables == pool.observables
         };
@@ -151,7 +151,7 @@ fn check_noise(rows: &[RowShot], shots: &[&Shot]) -> Result<(), RowsError> {
 impl RowsBlock {
     /// Sets the noises to a part of the first residuals.
     fn guess_noise(&mut self, sums: &[NoiseSums]) {
-        for ((sum, pool), noise) in sums.iter().zip(&mut self.pools).zip(&mut self.noises) {
+        for ((sum, pool), noise) in sums.iter().zip(&mut self.pools).zip(&mut self.variation.noises) {
             let rms = (sum.weighted / sum.count.max(1.0)).sqrt();
             let first = if rms > MIN_NOISE_PART && rms.is_finite() { rms } else { UNKNOWN_NOISE };
             pool.exact = MIN_NOISE_PART * first;
@@ -162,7 +162,7 @@ impl RowsBlock {
     /// Gives the numbers without stated errors one noise for each unit, or of split observables one
     /// for each, as large as their noise was.
     fn group_noises(&mut self, is_split: impl Fn(&Observable) -> bool) {
-        let (pools, noises) = (std::mem::take(&mut self.pools), std::mem::take(&mut self.noises));
+        let (pools, noises) = (std::mem::take(&mut self.pools), std::mem::take(&mut self.variation.noises));
         let mut readings: Vec<Vec<f64>> = Vec::new();
         for row in Arc::make_mut(&mut self.shots).iter_mut().flat_map(|shot| &mut shot.rows) {
             let (Measurement { observable, measured }, Some(before)) = (row.number, row.noise) else {
@@ -176,7 +176,9 @@ impl RowsBlock {
             if which == self.pools.len() {
                 let exact = pools.get(before).map_or(0.0, |pool| pool.exact);
                 self.pools.push(Pool { observables: Vec::new(), rounding: 0.0, exact });
-                self.noises.push(noises.get(before).copied().unwrap_or(Noise { sd: 1.0, rho: 0.0 }));
+                self.variation
+                    .noises
+                    .push(noises.get(before).copied().unwrap_or(Noise { sd: 1.0, rho: 0.0 }));
                 readings.push(Vec::new());
             }
             if !self.pools[which].observables.contains(&observable) {
@@ -195,7 +197,7 @@ impl RowsBlock {
 
     /// Gives the inputs without stated errors the least noise of their unit.
     fn join_inputs(&mut self) {
-        let Self { shots, pools, noises, .. } = self;
+        let Self { shots, pools, variation: Variation { noises, .. }, .. } = self;
         let least = |unit: &str| {
             let alike = (0..pools.len()).filter(|which| pools[*which].observables[0].unit() == unit);
             alike.min_by(|a, b| noises[*a].sd.total_cmp(&noises[*b].sd))
@@ -257,7 +259,7 @@ pub(super) fn list_noises(problem: &Problem, at: &Evaluation, estimates: &Estima
     let spent = rows.leverages(at, (reduced, estimates), (0, &problem.samples[0]));
     let sums = at.noises(0);
     let noise = |(which, pool): (usize, &Pool)| {
-        let (NoiseSums { count, weighted, .. }, sd) = (sums[which], rows.noises[which].sd);
+        let (NoiseSums { count, weighted, .. }, sd) = (sums[which], rows.variation.noises[which].sd);
         let dof = count - spent[which];
         TableNoise {
             pool: pool.clone(),
@@ -279,7 +281,7 @@ impl RowsBlock {
         (reduced, estimates): (&Reduced, &Estimates),
         (number, sample): (usize, &Sample),
     ) -> Vec<f64> {
-        let mut sums = vec![0.0; self.noises.len()];
+        let mut sums = vec![0.0; self.variation.noises.len()];
         if sums.is_empty() {
             return sums;
         }
