@@ -103,7 +103,8 @@ pub(crate) fn measure_discs(dataset: &Dataset) -> Result<(Solution, Vec<DiscImpa
     let lag = solution.problem.discs().and_then(|block| block.lags(solution.state()));
     if let Some((lag, block)) = lag.zip(solution.problem.discs_mut()) {
         block.choose_frames(&solution.at.state, lag as f64 + LEFT_OUT);
-        solution.record.findings.push(Finding::Spoiled { before: lag, after: lag });
+        // with those next to the impacts
+        solution.record.findings.push(Finding::Spoiled { before: lag + 1, after: lag + 1 });
         solution = settle(solution.again())?;
     }
     let mut impacts = list_impacts(&solution)?;
