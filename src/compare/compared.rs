@@ -12,6 +12,7 @@ use super::result::{
     Compared, Comparison, Difference, LeftOut, LikelihoodRatio, Quantity, RATIO, Robust, SampleSummary,
     SampleWeight, Value, WALD,
 };
+use super::samples::Alone;
 use super::{CompareError, refuse};
 use crate::fit::deviations::{holm, residuals};
 use crate::fit::film_words::{Remark, doubt, note, words_of};
@@ -45,6 +46,7 @@ impl Joint<'_> {
         }
         let mut remarks = std::mem::take(&mut self.samples.remarks);
         remarks.extend(quantities.iter().flat_map(find_doubts));
+        remarks.extend(self.contradictions());
         let limit = Quantity::ALL.into_iter().find_map(|quantity| self.limit(quantity));
         remarks.sort_by_key(|remark| std::cmp::Reverse(remark.severity));
         let (mut losses, mut weights) = (BTreeSet::new(), Vec::new());
@@ -222,9 +224,12 @@ impl Joint<'_> {
     /// Returns the test of one value of an unknown for all of some labels against one for each;
     /// `None` if the data determine fewer than two of the values.
     fn test(&self, id: Id, determining: &[(usize, usize)]) -> Option<LikelihoodRatio> {
-        let [(_, first), others @ ..] = determining else { return None };
+        let [(label, first), others @ ..] = determining else { return None };
         let (problem, at) = match others.first()? {
-            (_, other) if other == first => self.freed(id, *first, others),
+            (_, other) if other == first => {
+                let is_other = |own: usize| others.iter().any(|(other, _)| *other == own);
+                self.freed(&[id], |alone| if is_other(alone.label) { alone.label } else { *label })?
+            }
             _ => (self.solution.problem.clone(), self.solution.at.clone()),
         };
         let mut columns = problem.columns_of(id);
@@ -261,23 +266,50 @@ impl Joint<'_> {
         rise.is_finite().then(|| judged(statistic, rise, RATIO))
     }
 
-    /// Returns the least χ² with a column of its own for each label, at the present noise.
-    fn freed(&self, id: Id, shared: usize, others: &[(usize, usize)]) -> (Problem, Evaluation) {
-        let mut problem = self.solution.problem.clone();
-        let mut state = self.solution.at.state.clone();
-        for (label, _) in others {
-            let unshared = problem.unknowns.len();
-            problem.unknowns.push(problem.unknowns[shared]);
-            state.shared.0.push(state.shared.0[shared]);
+    /// Returns the least χ² with a column of some unknowns for each owner of the samples that share
+    /// one, at the present noise; `None` if there is one owner.
+    fn freed(&self, ids: &[Id], owner: impl Fn(&Alone) -> usize) -> Option<(Problem, Evaluation)> {
+        let (mut problem, mut state) = (self.solution.problem.clone(), self.solution.at.state.clone());
+        let shared = problem.unknowns.len();
+        let mut known: Vec<[usize; 3]> = Vec::new();
+        for id in ids {
             for (sample, alone) in problem.samples.iter_mut().zip(&self.samples.fitted) {
-                let column = &mut sample.columns[id as usize];
-                if alone.label == *label && *column == shared {
-                    *column = unshared;
+                let column = &mut sample.columns[*id as usize];
+                let own = [*column, owner(alone)];
+                if let Some([.., other]) = known.iter().find(|known| known[..2] == own) {
+                    *column = *other;
+                } else if known.iter().any(|known| known[0] == own[0]) {
+                    *column = problem.unknowns.len();
+                    problem.unknowns.push(problem.unknowns[own[0]]);
+                    state.shared.0.push(state.shared.0[own[0]]);
                 }
+                known.push([own[0], own[1], *column]);
             }
         }
-        let end = settle(&problem, state);
-        (problem, end)
+        let is_freed = problem.unknowns[shared..].iter().any(|unknown| unknown.mode == Mode::Free);
+        let end = is_freed.then(|| settle(&problem, state))?;
+        Some((problem, end))
+    }
+
+    /// Returns that the data contradict what data sets of one label share; by a robust loss, whose
+    /// rise has no known distribution, they are not asked.
+    fn contradictions(&self) -> Vec<Remark> {
+        let label_of = |id: Id| match Quantity::ALL.into_iter().find(|quantity| quantity.id() == id) {
+            Some(quantity) if self.samples.is_separate(quantity) => "cloth",
+            None if id.is_of_camera() => "camera",
+            None if [Id::MassRatio, Id::RadiusRatio].contains(&id) => "balls",
+            None if [Id::MuR, Id::Bounce].contains(&id) => "cloth",
+            _ => "",
+        };
+        let labels = ["balls", "cloth", "camera"].into_iter().filter(|_| !self.solution.problem.is_robust());
+        let contradiction = |label: &str| {
+            let ids: Vec<Id> = Id::ALL.into_iter().filter(|id| label_of(*id) == label).collect();
+            let (problem, at) = self.freed(&ids, |alone| alone.film)?;
+            let extra = problem.free().len() - self.solution.problem.free().len();
+            let p_value = self.tests.of_rise((self.solution.at.cost - at.cost).max(0.0), extra);
+            is_improbable(p_value).then(|| doubt("not-same", context! { label, p_value }))
+        };
+        labels.filter_map(contradiction).collect()
     }
 
     /// Returns that most of the variance of a difference is due to mass ratios that the labels do
@@ -305,8 +337,8 @@ impl Joint<'_> {
 /// Returns a shared quantity that the data contradict as doubtful fits do, and estimates at a
 /// bound.
 fn find_doubts(Compared { parameter, shared, estimates, same_or_different, .. }: &Compared) -> Vec<Remark> {
-    let (quantity, level) = (parameter.name(), 2.0 * Normal::standard().sf(POLICY.conflict));
-    let p_value = same_or_different.map(|test| test.p_value).filter(|p_value| *shared && *p_value < level);
+    let quantity = parameter.name();
+    let p_value = same_or_different.map(|test| test.p_value).filter(|p| *shared && is_improbable(*p));
     let not_shared = p_value.map(|p_value| doubt("not-shared", context! { quantity, p_value }));
     let at_bound =
         estimates.iter().filter(|value| value.at_bound).map(|Value { label, estimate, .. }| {
@@ -314,6 +346,11 @@ fn find_doubts(Compared { parameter, shared, estimates, same_or_different, .. }:
             doubt("at-bound/label-at-bound", values)
         });
     not_shared.into_iter().chain(at_bound).collect()
+}
+
+/// Returns whether data contradict a statement by this probability, as doubtful fits do.
+fn is_improbable(p_value: f64) -> bool {
+    p_value < 2.0 * Normal::standard().sf(POLICY.conflict)
 }
 
 /// Takes errors, differences and tests away if residuals refute the model by the errors that are

@@ -28,7 +28,7 @@ pub(super) struct Alone {
     pub(crate) sample: usize,
     pub(crate) label: usize,
     /// Index of its data set.
-    film: usize,
+    pub(crate) film: usize,
 }
 
 /// All samples fitted alone, and what they are compared by.
