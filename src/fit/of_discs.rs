@@ -31,7 +31,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
     let deviations = deviations(&disc_fit, end.undetermined.contains(&Id::Mu));
     let request = Request { dataset: &dataset, ..request };
     let mut fit = Fit::new(request, &end, &deviations, chance_of);
-    let [e, impulse_ratio, ..] = disc_fit.scatter();
+    let ([e, ..], impulse_ratio) = (disc_fit.scatter(), disc_fit.scatter_of_ratio());
     fit.scatter = (shots >= LEAST_SHOTS).then_some(Scatter { e, impulse_ratio });
     fit.disc_shots.clone_from(impacts);
     doubts::comment(&mut fit, &dataset, false, notes(&disc_fit));
@@ -42,7 +42,7 @@ pub(super) fn fit(request: Request) -> Result<Fit, FitError> {
 /// the slip over the closing speed, 0 if that is not known.
 fn deviations(found: &DiscFit, is_friction_unknown: bool) -> Vec<Option<Deviations>> {
     let DiscFit { solution, impacts, .. } = found;
-    let scatter = found.scatter();
+    let [of_e, of_ratio, .., of_mu] = found.scatter();
     let deviations = |name: &String| {
         let impact = impacts.iter().find(|impact| impact.name == *name)?;
         let closing = impact.get("closing_speed")?.value;
@@ -51,9 +51,11 @@ fn deviations(found: &DiscFit, is_friction_unknown: bool) -> Vec<Option<Deviatio
         // a single shot does not show the law that J_t/J_n would deviate from
         let slip_of_law = slip.filter(|_| !is_friction_unknown);
         let ratio = slip_of_law.and_then(|slip| solution.impulse_ratio([closing, slip * closing]));
+        let [ratio, by_mu] = [0, 1].map(|place| ratio.map(|ratio| ratio[place]));
+        let of_ratio = of_ratio.hypot(of_mu * by_mu.unwrap_or(0.0));
         let all = [
-            (Observable::Restitution, "e", scatter[0], Some(e)),
-            (Observable::ImpulseRatio, "impulse_ratio", scatter[1], ratio),
+            (Observable::Restitution, "e", of_e, Some(e)),
+            (Observable::ImpulseRatio, "impulse_ratio", of_ratio, ratio),
         ];
         let rows = all.into_iter().filter_map(|(observable, quantity, scatter, law)| {
             let Measured { value, sd } = impact.get(quantity)?;

@@ -7,7 +7,7 @@ use std::ops::Range;
 use super::eliminated::Eliminated;
 use super::evaluation::{Evaluation, Reduced};
 use super::problem::{Block, Problem, Sample};
-use super::sums::{Noise, NoiseSums, Scattered, ShotSums};
+use super::sums::{MIN_DOF, Noise, NoiseSums, Scattered, ShotSums};
 use super::uncertainty::Estimates;
 use crate::film::noise_correlation::MIN_RHO;
 
@@ -17,9 +17,6 @@ const RHO_STEP: f64 = 0.04;
 
 /// The noise has settled if its variance changes by less than this part and ρ by less than this.
 const SETTLED: f64 = 0.01;
-
-/// Degrees of freedom below which a noise stays as it is.
-pub(super) const MIN_DOF_OF_NOISE: f64 = 0.5;
 
 /// Changes of a spread in one step by which it has settled.
 const SAME_SPREAD: Range<f64> = 0.85..1.15;
@@ -48,7 +45,7 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
                 }
                 let dof = sum.count - partners.iter().map(|other| spent[*other][which]).sum::<f64>();
                 let growth = sum.weighted / dof;
-                if !(dof > MIN_DOF_OF_NOISE && growth > 0.0 && growth.is_finite()) {
+                if !(dof > MIN_DOF && growth > 0.0 && growth.is_finite()) {
                     continue;
                 }
                 let residual_rho = if sum.square > 0.0 { sum.lagged / sum.square } else { 0.0 };
@@ -160,7 +157,8 @@ fn count_own(shots: &[ShotSums], own: &[Eliminated]) -> f64 {
     shots.iter().zip(own).map(count_shot).sum()
 }
 
-/// Returns the likeliest spread from shot to shot by what the shots show at the present one.
+/// Returns the likeliest spread from shot to shot by what the shots show at the present one: about
+/// what they share, which takes its part of their squares. One that no number tells is the least.
 fn estimate_spread(
     problem: &Problem,
     at: &Evaluation,
@@ -169,13 +167,25 @@ fn estimate_spread(
     which: usize,
 ) -> f64 {
     let spread = &problem.samples[sample].block.variation().spreads[which];
-    let mut shown = Vec::new();
+    let mut numbers: Vec<(usize, &Scattered)> = Vec::new();
     for (i, shot) in at.shots[sample].iter().enumerate() {
         let is_free = |number: &&Scattered| number.spread == which && !shot.held[number.place];
-        for number in shot.scattered.iter().filter(is_free) {
-            let variance = estimates.variance(reduced, (sample, i), &number.by);
-            shown.extend(spread.shown(number.value, variance));
-        }
+        numbers.extend(shot.scattered.iter().filter(is_free).map(|number| (i, number)));
     }
-    spread.likeliest(&shown, 1.0)
+    if !numbers.is_empty() && !numbers.iter().any(|(_, number)| number.tells) {
+        return spread.least;
+    }
+    let part = |variance: f64| 1.0 - variance / (spread.sd * spread.sd);
+    let (mut shown, mut count, mut dof) = (Vec::new(), 0.0, 0.0);
+    for (i, number) in numbers.into_iter().filter(|(_, number)| number.tells) {
+        let variance = reduced.own[sample][i].variance(&number.by);
+        shown.extend(spread.shown(number.value, variance));
+        count += part(variance);
+        dof += part(estimates.variance(reduced, (sample, i), &number.by));
+    }
+    let left = dof / count;
+    for number in &mut shown {
+        number.square /= left;
+    }
+    spread.likeliest(&shown, left)
 }

@@ -35,6 +35,9 @@ pub(crate) struct Shown {
     pub(crate) variance: f64,
 }
 
+/// Degrees of freedom below which a noise, or a spread, stays as it is.
+pub(super) const MIN_DOF: f64 = 0.5;
+
 /// Steps to the likeliest spread s. Near it each step about halves the error of ln s or better.
 const SPREAD_STEPS: usize = 20;
 
@@ -55,9 +58,13 @@ impl Spread {
     /// Returns the likeliest spread of numbers y with the variances σ², each of which counts as
     /// `each` shots, and of w shots with the spread s₀. With r = s²/(s² + σ²), restricted likelihood
     /// is greatest where Σr²(y² − σ² − s²) + w(s₀² − s²) = 0; steps are those of Fisher's scoring in
-    /// ln s.
+    /// ln s. It is s₀ if at that spread the degrees of freedom w + Σr are too few.
     pub fn likeliest(&self, shown: &[Shown], each: f64) -> f64 {
         let Self { first, weight, least, .. } = *self;
+        let part = |number: &Shown| each * first * first / (first * first + number.variance);
+        if !(weight + shown.iter().map(part).sum::<f64>() > MIN_DOF) {
+            return first;
+        }
         let mut sd = self.sd;
         for _ in 0..SPREAD_STEPS {
             let square = sd * sd;
@@ -70,7 +77,7 @@ impl Spread {
             }
             sd *= (0.5 * excess / information).clamp(-1.0, 1.0).exp();
         }
-        if sd.is_finite() { sd.max(least) } else { first }
+        sd.max(least)
     }
 }
 
@@ -133,6 +140,8 @@ impl NoiseSums {
 pub(crate) struct Scattered {
     /// Index of its spread.
     pub(crate) spread: usize,
+    /// Whether its spread is estimated by it: it scatters by no other one.
+    pub(crate) tells: bool,
     /// The own unknown that it is, or differs from by what all shots share.
     pub(crate) place: usize,
     /// The difference.
@@ -240,7 +249,7 @@ impl Contribution {
             OwnPrior::Held => self.sums.held[place] = true,
             OwnPrior::Stated(sd) => self.add_stated((place, sd), value, &by),
             OwnPrior::Spread(spread) => {
-                self.add_scattered(Scattered { spread, place, value, by }, spreads);
+                self.add_scattered(Scattered { spread, tells: true, place, value, by }, spreads);
             }
         }
     }
@@ -278,5 +287,21 @@ impl Contribution {
             let product = self.products[(from.min(other), from.max(other))];
             self.products[(to.min(place), to.max(place))] = product;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Shown, Spread};
+
+    /// Numbers of which none is measured leave a spread as it was, and do not make it small; two that
+    /// are measured show theirs.
+    #[test]
+    fn a_spread_is_estimated_if_numbers_show_it() {
+        let spread = Spread { sd: 0.05, first: 0.05, weight: 0.0, least: 1e-4 };
+        let all = |square: f64, variance: f64| [0; 2].map(|_| Shown { square, variance });
+        assert_eq!(spread.likeliest(&all(1e-6, 1.0), 1.0).to_bits(), spread.first.to_bits());
+        assert!((spread.likeliest(&all(4e-4, 1e-8), 1.0) - 0.02).abs() < 1e-4);
+        assert_eq!(spread.likeliest(&[], f64::NAN).to_bits(), spread.first.to_bits());
     }
 }

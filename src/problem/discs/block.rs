@@ -156,10 +156,14 @@ impl DiscBlock {
         }
         let [parting, slip] = motion.relative(0);
         let (e, ratio) = (motion.own[own::RESTITUTION], motion.own[own::RATIO]);
-        let law = impulse_ratio([-parting, slip, e], shared, self.discs.inertia);
+        let inputs = [-parting, slip, e, motion.own[own::FRICTION]];
+        let law = impulse_ratio(inputs, shared, self.discs.inertia);
         let off_friction = law.filter(|_| self.shows_friction(i)).map(|law| ratio - law);
+        // contacts that slide to the end scatter as μ does, others show what else J_t/J_n does by
+        let slides = |off: &Dual| gradient(off)[own::FRICTION].abs() > 0.9;
         let number = |(spread, off): (usize, Dual)| Scattered {
             spread,
+            tells: !slides(&off),
             place: own::RESTITUTION + spread,
             value: off.re,
             by: by_unknowns(&off, own.len()),
@@ -187,6 +191,7 @@ impl DiscBlock {
                 // the law has it
                 own::RESTITUTION if self.has_law => continue,
                 own::RATIO if self.shows_friction(i) => continue,
+                own::FRICTION if !self.shows_friction(i) => OwnPrior::Held,
                 own::DISTANCE if shot.flat.is_some() => OwnPrior::Stated(ANY_DISTANCE),
                 own::RATIO => OwnPrior::Stated(ANY),
                 own::RESTITUTION..own::SLOWING if !self.has_law => OwnPrior::Stated(ANY),

@@ -4,13 +4,13 @@
 use super::impact::DiscImpact;
 use super::measure::{ROUNDS, measure_discs, settle, solve};
 use super::motion;
-use super::own::{Component, LAW};
+use super::own::{self, Component, LAW};
 use crate::measurement::dataset::Dataset;
 use crate::measurement::parameter::{Compliance, Settings};
 use crate::problem::evaluation::Evaluation;
 use crate::problem::false_shots::{Squares, judge};
 use crate::problem::film::causes::explain;
-use crate::problem::film::dual::constant;
+use crate::problem::film::dual::{constant, gradient};
 use crate::problem::film::film_data::FilmError;
 use crate::problem::film::priors::list_contact;
 use crate::problem::findings::Finding;
@@ -21,8 +21,9 @@ use crate::problem::solution::Solution;
 use crate::problem::sums::Scattered;
 use crate::problem::unknowns::{Id, Mode, Unknown};
 
-/// Smallest κ of a compliant contact.
-const LEAST_KAPPA: f64 = 0.1;
+/// Smallest κ of a compliant contact: (2 − ν)/(2 (1 − ν)) of elastic bodies is 1 at ν = 0 and more
+/// else (Mindlin 1949, J. Appl. Mech. 16, 259); soft rims give way along the surface still more.
+const LEAST_KAPPA: f64 = 1.0;
 
 /// Values of κ from which descents begin: the likeliest ones.
 const STARTS: usize = 4;
@@ -180,16 +181,27 @@ impl DiscFit {
         }
         scatter
     }
+
+    /// Returns the root mean square over the shots of what J_t/J_n scatters by, also as μ does.
+    pub(crate) fn scatter_of_ratio(&self) -> f64 {
+        let [_, ratio, .., mu] = self.scatter();
+        let numbers = self.solution.at.shots[0].iter().flat_map(|shot| &shot.scattered);
+        let ratios = numbers.filter(|number| number.place == own::RATIO);
+        let squares = ratios.map(|number| ratio.hypot(mu * number.by[own::FRICTION]).powi(2));
+        let squares: Vec<f64> = squares.collect();
+        (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+    }
 }
 
 impl Solution {
     /// Returns J_t/J_n on the second of two discs of a fit of discs that close and slip with these
-    /// velocities, m/s.
-    pub(crate) fn impulse_ratio(&self, [closing, slip]: [f64; 2]) -> Option<f64> {
+    /// velocities, m/s, and its derivative by μ.
+    pub(crate) fn impulse_ratio(&self, [closing, slip]: [f64; 2]) -> Option<[f64; 2]> {
         let inertia = self.problem.discs()?.discs.inertia;
         let shared = &self.state().shared;
-        let closing = constant(closing);
+        let (closing, off) = (constant(closing), constant(0.0).derivative(own::FRICTION));
         let e = motion::restitution(&closing, shared);
-        Some(motion::impulse_ratio([closing, constant(slip), e], shared, inertia)?.re)
+        let ratio = motion::impulse_ratio([closing, constant(slip), e, off], shared, inertia)?;
+        Some([ratio.re, gradient(&ratio)[own::FRICTION]])
     }
 }

@@ -9,7 +9,7 @@
 //! Δg = (1 + e) k (n + q t)                       J_n = (1 + e) k, per reduced mass
 //! Δω_i = −(q + d_S,i) (J_n/m_i)/(ν R_i)          momentum gained: d_P J_n
 //! p(τ) = c + v (τ − ½ (a/|v| + γ) τ²)            until the disc stops
-//! e = e₀ − e₁ k + d_e                            q = law(k, s, e; μ, b, c, κ) + d_J
+//! e = e₀ − e₁ k + d_e                            q = law(k, s, e; μ + d_μ, b, c, κ) + d_J
 //! ```
 //!
 //! Friction may act a little earlier than the normal force: that of soft rims ends before it does.
@@ -98,10 +98,15 @@ pub(super) fn restitution(closing: &Dual, shared: &Shared) -> Dual {
     e - slope * closing
 }
 
-/// Returns J_t/J_n on the second of two discs by the law at a closing speed, a slip and an e;
-/// `None` if the discs do not approach.
-pub(super) fn impulse_ratio([closing, slip, e]: [Dual; 3], shared: &Shared, inertia: f64) -> Option<Dual> {
+/// Returns J_t/J_n on the second of two discs by the law at a closing speed, a slip, an e, and a
+/// friction that differs by so much from that of all shots; `None` if the discs do not approach.
+pub(super) fn impulse_ratio(
+    [closing, slip, e, off]: [Dual; 4],
+    shared: &Shared,
+    inertia: f64,
+) -> Option<Dual> {
     let [mu, _, _, b, c, kappa, ..] = shared_inputs(shared);
+    let mu = mu + off;
     // two equal discs of radius 1, the second at rest, and a spin of the first that gives the slip
     let mut model = Model::new(Fidelity::Full, Ball { radius: 1.0, mass: 1.0, inertia });
     if kappa.re > 0.0 {
@@ -111,7 +116,7 @@ pub(super) fn impulse_ratio([closing, slip, e]: [Dual; 3], shared: &Shared, iner
         model.law = Law::Exponential { b: b.re, c: c.re };
     }
     let before = BallState { velocity: Vec3::new(closing.re, 0.0, 0.0), spin: Vec3::new(0.0, 0.0, -slip.re) };
-    let coefficients = Coefficients { mu: mu.re, mu_s: 0.0, e: e.re.clamp(0.0, 1.0) };
+    let coefficients = Coefficients { mu: mu.re.max(0.0), mu_s: 0.0, e: e.re.clamp(0.0, 1.0) };
     let (outcome, jacobian) = model.collide_with_jacobian(&before, &coefficients).ok()?;
     let after = outcome.object.velocity;
     let ratio = after.y / after.x;

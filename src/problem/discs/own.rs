@@ -34,9 +34,11 @@ pub(crate) const SPIN_RATIO: usize = 15;
 pub(crate) const SLOWING: usize = 17;
 /// Time by which friction acts earlier than the normal force, s.
 pub(crate) const LEAD: usize = 21;
+/// μ less that of all shots.
+pub(crate) const FRICTION: usize = 22;
 /// Number of own unknowns besides those of markers: direction and distance from the centre of each
 /// marker at the impact.
-pub(crate) const CORE: usize = 22;
+pub(crate) const CORE: usize = 23;
 
 /// A quantity that differs from shot to shot beyond the noise of the frames.
 pub(crate) struct Component {
@@ -50,14 +52,16 @@ pub(crate) struct Component {
 }
 
 impl Component {
-    /// All components, e first, then J_t/J_n, which scatter about the law of the impact.
-    pub(crate) const ALL: [Self; 6] = [
+    /// All components, e first, then J_t/J_n, which scatter about the law of the impact; the last is
+    /// μ, by which J_t/J_n of contacts that slide varies.
+    pub(crate) const ALL: [Self; 7] = [
         Self { name: "e", places: RESTITUTION..RATIO, sds: [0.05, 2e-4] },
         Self { name: "impulse_ratio", places: RATIO..MOMENTUM, sds: [0.05, 2e-4] },
         Self { name: "momentum", places: MOMENTUM..SPIN_RATIO, sds: [0.03, 1e-4] },
         Self { name: "spin_ratio", places: SPIN_RATIO..SLOWING, sds: [0.05, 2e-4] },
         Self { name: "contact_distance_m", places: DISTANCE..VELOCITY, sds: [1e-3, 3e-6] },
         Self { name: "slowing_m_s2", places: SLOWING..LEAD, sds: [1.0, 5e-4] },
+        Self { name: "mu", places: FRICTION..CORE, sds: [0.05, 2e-4] },
     ];
 }
 

@@ -171,7 +171,10 @@ impl ShotAt<'_> {
                 (OwnPrior::Spread(spread), Some(mean)) if place == own::TOPSPIN => {
                     by[OWN + mean as usize] = -1.0;
                     let value = own[place] - shared[mean];
-                    sums.add_scattered(Scattered { spread, place, value, by }, &film.variation.spreads);
+                    sums.add_scattered(
+                        Scattered { spread, tells: true, place, value, by },
+                        &film.variation.spreads,
+                    );
                 }
                 (OwnPrior::Stated(sd), _) => {
                     let value = own[place] - through.shift(shared, &mut by);

@@ -16,10 +16,9 @@ use crate::problem::film::dual::gradient;
 use crate::problem::film::impact::Contact;
 use crate::problem::film::own::MOVING;
 use crate::problem::film::priors::list_contact;
-use crate::problem::noise::MIN_DOF_OF_NOISE;
 use crate::problem::policy::{Choices, POLICY};
 use crate::problem::problem::{Block, Prepared, Problem, Record, Sample, State};
-use crate::problem::sums::{Noise, NoiseSums, Variation};
+use crate::problem::sums::{MIN_DOF, Noise, NoiseSums, Variation};
 use crate::problem::uncertainty::Estimates;
 use crate::problem::unknowns::{Id, Mode, Own, Shared, Unknown};
 
@@ -266,7 +265,7 @@ pub(super) fn list_noises(problem: &Problem, at: &Evaluation, estimates: &Estima
             sd,
             square: weighted,
             dof,
-            is_known: dof >= MIN_DOF_OF_NOISE && (pool.rounding > 0.0 || sd > VANISHES * pool.least()),
+            is_known: dof >= MIN_DOF && (pool.rounding > 0.0 || sd > VANISHES * pool.least()),
         }
     };
     rows.pools.iter().enumerate().map(noise).collect()

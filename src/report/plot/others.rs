@@ -90,7 +90,7 @@ fn friction_curve(fit: &Fit) -> Vec<[f64; 2]> {
     let largest = all("slip_ratio").map(|slip| slip.value.abs()).fold(0.0, f64::max);
     let closing =
         all("closing_speed").map(|speed| speed.value).sum::<f64>() / fit.disc_shots.len().max(1) as f64;
-    let against = |slip: f64| Some([slip, -fit.solution.impulse_ratio([closing, slip * closing])?]);
+    let against = |slip: f64| Some([slip, -fit.solution.impulse_ratio([closing, slip * closing])?[0]]);
     let points = (0..=POINTS).map(|i| against(CURVE_EXTENSION * largest * i as f64 / POINTS as f64));
     points.collect::<Option<Vec<_>>>().filter(|_| is_determined && largest > 0.0).unwrap_or_default()
 }
