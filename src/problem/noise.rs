@@ -158,7 +158,8 @@ fn count_own(shots: &[ShotSums], own: &[Eliminated]) -> f64 {
 }
 
 /// Returns the likeliest spread from shot to shot by what the shots show at the present one: about
-/// what they share, which takes its part of their squares. One that no number tells is the least.
+/// what they share, which takes its part of their squares. It is the least if all numbers scatter by
+/// another one, too.
 fn estimate_spread(
     problem: &Problem,
     at: &Evaluation,

@@ -140,7 +140,7 @@ impl NoiseSums {
 pub(crate) struct Scattered {
     /// Index of its spread.
     pub(crate) spread: usize,
-    /// Whether its spread is estimated by it: it scatters by no other one.
+    /// Whether it tells its spread: it scatters by no other one that it cannot be told from.
     pub(crate) tells: bool,
     /// The own unknown that it is, or differs from by what all shots share.
     pub(crate) place: usize,

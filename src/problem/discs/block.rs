@@ -19,6 +19,10 @@ use crate::problem::unknowns::{CAMERA, Own, PHYSICS, SHARED, Shared};
 const ANY: f64 = 3.0;
 const ANY_DISTANCE: f64 = 1e3;
 
+/// Derivative of J_t/J_n by μ from which on a contact counts as sliding to its end: of rigid ones 1,
+/// and 0 if they stick.
+const SLIDES: f64 = 0.9;
+
 /// Number of noises of a shot: of each disc along x and along y.
 pub(super) const NOISES: usize = 4;
 
@@ -159,8 +163,8 @@ impl DiscBlock {
         let inputs = [-parting, slip, e, motion.own[own::FRICTION]];
         let law = impulse_ratio(inputs, shared, self.discs.inertia);
         let off_friction = law.filter(|_| self.shows_friction(i)).map(|law| ratio - law);
-        // contacts that slide to the end scatter as μ does, others show what else J_t/J_n does by
-        let slides = |off: &Dual| gradient(off)[own::FRICTION].abs() > 0.9;
+        // where contacts slide to the end, what else J_t/J_n scatters by is not told from μ
+        let slides = |off: &Dual| gradient(off)[own::FRICTION].abs() > SLIDES;
         let number = |(spread, off): (usize, Dual)| Scattered {
             spread,
             tells: !slides(&off),
