@@ -7,7 +7,7 @@ use minijinja::context;
 use nalgebra::DVector;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::joint::{Joint, estimate, settle};
+use super::joint::{Joint, estimate, merged, settle};
 use super::result::{
     Compared, Comparison, Difference, LeftOut, LikelihoodRatio, Quantity, RATIO, Robust, SampleSummary,
     SampleWeight, Value, WALD,
@@ -19,7 +19,7 @@ use crate::fit::film_words::{Remark, doubt, note, words_of};
 use crate::measurement::loss::Loss;
 use crate::measurement::parameter::Parameter;
 use crate::problem::Severity::Unusable;
-use crate::problem::{self, Block, Estimates, Evaluation, Id, Mode, POLICY, Problem, refutes};
+use crate::problem::{Block, Estimates, Evaluation, Id, Mode, POLICY, Problem, refutes};
 
 impl Joint<'_> {
     /// Returns what the fit says.
@@ -386,24 +386,4 @@ fn judge(comparison: &mut Comparison) {
 fn known_error(problem: &Problem, estimates: &Estimates, column: usize) -> Option<f64> {
     let [low, high] = problem.unknowns[column].bounds;
     estimates.sd(column).filter(|sd| *sd < high - low)
-}
-
-/// Returns the problem with one column instead of several, whose priors all count.
-fn merged(problem: &Problem, columns: &[usize]) -> Problem {
-    let mut same = problem.clone();
-    let first = columns[0];
-    for column in same.samples.iter_mut().flat_map(|sample| &mut sample.columns) {
-        if columns.contains(column) {
-            *column = first;
-        }
-    }
-    let priors = columns.iter().filter_map(|column| problem.unknowns[*column].prior);
-    same.unknowns[first].prior = priors.reduce(|a, b| {
-        let [p, q] = [a, b].map(|prior| prior.sd.powi(-2));
-        problem::Normal { mean: (p * a.mean + q * b.mean) / (p + q), sd: (p + q).sqrt().recip() }
-    });
-    let bounds = columns.iter().map(|column| problem.unknowns[*column].bounds);
-    let within = |all: [f64; 2], own: [f64; 2]| [all[0].max(own[0]), all[1].min(own[1])];
-    same.unknowns[first].bounds = bounds.fold(problem.unknowns[first].bounds, within);
-    same
 }

@@ -100,6 +100,26 @@ pub(super) fn estimate(problem: &Problem, at: &Evaluation, columns: &[usize]) ->
     Some(Estimates { covariance: covariance?, ..estimates })
 }
 
+/// Returns the problem with one column instead of several, whose priors all count.
+pub(super) fn merged(problem: &Problem, columns: &[usize]) -> Problem {
+    let mut same = problem.clone();
+    let first = columns[0];
+    for column in same.samples.iter_mut().flat_map(|sample| &mut sample.columns) {
+        if columns.contains(column) {
+            *column = first;
+        }
+    }
+    let priors = columns.iter().filter_map(|column| problem.unknowns[*column].prior);
+    same.unknowns[first].prior = priors.reduce(|a, b| {
+        let [p, q] = [a, b].map(|prior| prior.sd.powi(-2));
+        problem::Normal { mean: (p * a.mean + q * b.mean) / (p + q), sd: (p + q).sqrt().recip() }
+    });
+    let bounds = columns.iter().map(|column| problem.unknowns[*column].bounds);
+    let within = |all: [f64; 2], own: [f64; 2]| [all[0].max(own[0]), all[1].min(own[1])];
+    same.unknowns[first].bounds = bounds.fold(problem.unknowns[first].bounds, within);
+    same
+}
+
 /// How sums of squares are judged.
 #[derive(Clone, Copy)]
 pub(super) struct Tests {

@@ -158,8 +158,8 @@ fn count_own(shots: &[ShotSums], own: &[Eliminated]) -> f64 {
 }
 
 /// Returns the likeliest spread from shot to shot by what the shots show at the present one: about
-/// what they share, which takes its part of their squares. It is the least if all numbers scatter by
-/// another one, too.
+/// what they share, which takes its part of their squares. It is the least if all numbers may
+/// scatter by another one instead.
 fn estimate_spread(
     problem: &Problem,
     at: &Evaluation,
@@ -173,12 +173,12 @@ fn estimate_spread(
         let is_free = |number: &&Scattered| number.spread == which && !shot.held[number.place];
         numbers.extend(shot.scattered.iter().filter(is_free).map(|number| (i, number)));
     }
-    if !numbers.is_empty() && !numbers.iter().any(|(_, number)| number.tells) {
+    if !numbers.is_empty() && !numbers.iter().any(|(_, number)| number.shows_spread) {
         return spread.least;
     }
     let part = |variance: f64| 1.0 - variance / (spread.sd * spread.sd);
     let (mut shown, mut count, mut dof) = (Vec::new(), 0.0, 0.0);
-    for (i, number) in numbers.into_iter().filter(|(_, number)| number.tells) {
+    for (i, number) in numbers.into_iter().filter(|(_, number)| number.shows_spread) {
         let variance = reduced.own[sample][i].variance(&number.by);
         shown.extend(spread.shown(number.value, variance));
         count += part(variance);

@@ -140,8 +140,8 @@ impl NoiseSums {
 pub(crate) struct Scattered {
     /// Index of its spread.
     pub(crate) spread: usize,
-    /// Whether it tells its spread: it scatters by no other one that it cannot be told from.
-    pub(crate) tells: bool,
+    /// Whether its spread is estimated from it: not if it may scatter by another one instead.
+    pub(crate) shows_spread: bool,
     /// The own unknown that it is, or differs from by what all shots share.
     pub(crate) place: usize,
     /// The difference.
@@ -249,7 +249,7 @@ impl Contribution {
             OwnPrior::Held => self.sums.held[place] = true,
             OwnPrior::Stated(sd) => self.add_stated((place, sd), value, &by),
             OwnPrior::Spread(spread) => {
-                self.add_scattered(Scattered { spread, tells: true, place, value, by }, spreads);
+                self.add_scattered(Scattered { spread, shows_spread: true, place, value, by }, spreads);
             }
         }
     }

@@ -163,11 +163,11 @@ impl DiscBlock {
         let inputs = [-parting, slip, e, motion.own[own::FRICTION]];
         let law = impulse_ratio(inputs, shared, self.discs.inertia);
         let off_friction = law.filter(|_| self.shows_friction(i)).map(|law| ratio - law);
-        // where contacts slide to the end, what else J_t/J_n scatters by is not told from μ
+        // where contacts slide to the end, a scatter of J_t/J_n looks like one of μ
         let slides = |off: &Dual| gradient(off)[own::FRICTION].abs() > SLIDES;
         let number = |(spread, off): (usize, Dual)| Scattered {
             spread,
-            tells: !slides(&off),
+            shows_spread: !slides(&off),
             place: own::RESTITUTION + spread,
             value: off.re,
             by: by_unknowns(&off, own.len()),

@@ -172,7 +172,7 @@ impl ShotAt<'_> {
                     by[OWN + mean as usize] = -1.0;
                     let value = own[place] - shared[mean];
                     sums.add_scattered(
-                        Scattered { spread, tells: true, place, value, by },
+                        Scattered { spread, shows_spread: true, place, value, by },
                         &film.variation.spreads,
                     );
                 }
