@@ -170,11 +170,15 @@ pub(super) fn shot(mut raw: RawShot, facts: &Facts, job: Job) -> Option<TrackSho
     let of =
         |key: usize| raw.tracks.iter().filter(move |track| track.role.is_some_and(|role| role[0] == key));
     let step = grid_step(&centres.each_ref()).unwrap_or(0.0);
-    repair::remove_repeated_frames(&mut centres, step, job)?;
+    repair::check_put_in_frames(&centres, step, job)?;
     let swapped = repair::undo_swaps(&mut centres, job);
     if let Some(line) = swapped.filter(|_| !raw.tracks.is_empty()) {
         job.note(Subject::Damage, line, message!("swapped_with_markers"));
         return None;
+    }
+    repair::remove_shared(&mut centres, job);
+    for track in &mut centres {
+        repair::remove_filled(track, (step, fps), job);
     }
     let calibration = &settings.calibration(raw.stated.unit);
     let resolution = resolution(&centres, calibration, job);

@@ -1,10 +1,15 @@
 //! Faults between the camera and the file: lost balls, duplicate rows, rows out of order, repeated
 //! frames, exchanged names of balls. They are repaired if the repair is certain.
 
+use std::collections::HashMap;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+
 use nalgebra::Vector4;
+use statrs::function::erf::erfc;
 
 use super::raw::{Job, RawShot, RawTrack, Row, UNLIKE, jump_speed, value_at};
 use crate::io::error::{Subject, message};
+use crate::numerics::{EXACT, NORMAL_MEDIAN, SIGNIFICANT, median};
 
 /// Ratio to the step of coarse coordinates below which a ball may move without being seen to.
 const MAX_COARSE: f64 = 4.0;
@@ -111,40 +116,92 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Option<()> {
     Some(())
 }
 
-/// Turns frames into gaps that repeat the frame before while a ball moves beyond `resolution`.
-/// `None`, with damage, if a frame was put in.
-pub(super) fn remove_repeated_frames(balls: &mut [RawTrack; 2], resolution: f64, job: Job) -> Option<()> {
-    let [cue, object] = balls;
-    let frames = cue.frames_with(object);
-    let step = |ball: usize, two: &[[Row; 2]]| two[0][ball].distance(&two[1][ball]);
-    let steps: Vec<f64> = frames.windows(2).map(|two| step(0, two).max(step(1, two))).collect();
+/// Complains of frames that were put in: they repeat the frame before while a ball moves beyond
+/// `resolution`, and no ball catches up after them. `None`, with damage, if there are any.
+pub(super) fn check_put_in_frames(balls: &[RawTrack; 2], resolution: f64, job: Job) -> Option<()> {
+    let frames = balls[0].frames_with(&balls[1]);
+    let step = |ball: usize, k: usize| frames[k][ball].distance(&frames[k + 1][ball]);
+    let steps: Vec<f64> = (1..frames.len()).map(|next| step(0, next - 1).max(step(1, next - 1))).collect();
     if steps.iter().filter(|step| **step == 0.0).count() * 5 > steps.len() {
         return Some(());
     }
     let repeats = (1..steps.len()).filter(|k| steps[*k] == 0.0 && steps[k - 1] != 0.0);
     let repeats = repeats.map_while(|first| Some([first, (first..steps.len()).find(|k| steps[*k] != 0.0)?]));
     let is_moving = |[first, end]: &[usize; 2]| steps[first - 1].min(steps[*end]) >= MAX_COARSE * resolution;
-    let repeats: Vec<[usize; 2]> = repeats.filter(is_moving).collect();
-    let complain = |subject: Subject, first: usize| {
-        let ([Row { line: known, .. }, _], [Row { line, .. }, _]) = (frames[first], frames[first + 1]);
-        job.note(subject, line, message!("frozen", known, is_gap => subject == Subject::Repeated));
-    };
-    // the steps after repeated frames hold their motion, too, unless frames were put in
+    // a tracker may hold both balls for a while, which then do not go on at the same time
+    let rests = |ball: usize, k: usize| step(ball, k) == 0.0;
+    let is_of_both =
+        |[first, end]: &[usize; 2]| (0..2).all(|ball| rests(ball, first - 1) == rests(ball, *end));
+    let repeats: Vec<[usize; 2]> = repeats.filter(|run| is_moving(run) && is_of_both(run)).collect();
+    // else the steps after repeated frames hold their motion, too
     let lateness = repeats.iter().map(|[first, end]| {
         let [caught_up, late] = [*first, *end].map(|from| miss(&frames, [first - 1, from, *end]));
         caught_up - late
     });
-    if let Some([first, _]) = repeats.first().filter(|_| lateness.sum::<f64>() > 0.0) {
-        complain(Subject::Damage, *first);
-        return None;
+    let Some([first, _]) = repeats.first().filter(|_| lateness.sum::<f64>() > 0.0) else { return Some(()) };
+    let ([Row { line: known, .. }, _], [Row { line, .. }, _]) = (frames[*first], frames[first + 1]);
+    job.note(Subject::Damage, line, message!("put_in", known));
+    None
+}
+
+/// Turns places into gaps that both balls share: a tracker took them for one.
+pub(super) fn remove_shared([cue, object]: &mut [RawTrack; 2], job: Job) {
+    for [Row { time, line, place, .. }, other] in cue.frames_with(object) {
+        if place == other.place {
+            job.note(Subject::Gaps, line, "both balls are at one place: taken as a gap");
+            let rows = cue.rows.iter_mut().chain(&mut object.rows);
+            rows.filter(|row| row.time == time).for_each(Row::lose);
+        }
     }
-    for [first, end] in repeats {
-        complain(Subject::Repeated, first);
-        let [lost, last] = [first + 1, end].map(|k| frames[k][0].time);
-        let rows = cue.rows.iter_mut().chain(&mut object.rows);
-        rows.filter(|row| (lost..=last).contains(&row.time)).for_each(Row::lose);
+}
+
+/// Turns places into gaps that a program filled in for a moving ball that it did not see: that of
+/// the frame before, or evenly spaced ones on a straight line between others, if a ball whose places
+/// scatter, and are multiples of `resolution`, is there too improbably.
+pub(super) fn remove_filled(track: &mut RawTrack, (resolution, fps): (f64, f64), job: Job) {
+    let seen: Vec<Row> = track.seen().copied().collect();
+    let off = |three: &[Row]| {
+        let frames = |to: usize| ((three[to].time - three[0].time) * fps).round();
+        let part = frames(1) / frames(2);
+        [0, 1].map(|k| {
+            let [before, here, after] = [0, 1, 2].map(|i| three[i].place[k]);
+            (here - before - part * (after - before)).abs()
+        })
+    };
+    let is_held = |i: usize| seen[i].place == seen[i - 1].place;
+    let moving = || (1..seen.len().saturating_sub(1)).filter(|i| !(is_held(*i) && is_held(i + 1)));
+    let offs = |k: usize| median(moving().map(|i| off(&seen[i - 1..=i + 1])[k]).collect());
+    let scatter = [0, 1].map(|k| offs(k) / NORMAL_MEDIAN);
+    let least =
+        resolution.max(EXACT * seen.iter().flat_map(|row| row.place).fold(0.0, |most, x| x.abs().max(most)));
+    // the density of a normal distribution at its middle
+    let chance: f64 = scatter.map(|sd| (2.0 * least / (TAU.sqrt() * sd)).min(1.0)).into_iter().product();
+    let improbable = erfc(SIGNIFICANT * FRAC_1_SQRT_2);
+    let shortest = (MAX_COARSE * resolution).max(SIGNIFICANT * scatter[0].hypot(scatter[1]));
+    let is_even = |i: usize| off(&seen[i - 1..=i + 1]).iter().all(|off| *off <= least);
+    let inner: Vec<usize> =
+        (1..seen.len().saturating_sub(1)).filter(|i| is_held(*i) || is_even(*i)).collect();
+    // lines, and whether the place is that of the frame before
+    let mut filled: HashMap<usize, bool> = HashMap::new();
+    for run in inner.chunk_by(|one, next| next - one == 1) {
+        let ([first, ..], [.., last]) = (run, run) else { continue };
+        let moves = |from: usize, to: usize| seen[from].distance(&seen[to]) > shortest;
+        let is_filled = if run.iter().any(|i| is_held(*i)) {
+            *first > 1 && moves(first - 2, first - 1) && moves(*last, last + 1)
+        } else {
+            moves(first - 1, last + 1) && chance.powi(run.len() as i32) < improbable
+        };
+        filled.extend(run.iter().filter(|_| is_filled).map(|i| (seen[*i].line, is_held(*i))));
     }
-    Some(())
+    if filled.len() * 5 > seen.len() {
+        return;
+    }
+    let RawTrack { name, rows, .. } = track;
+    for row in rows {
+        let Some(is_held) = filled.get(&row.line) else { continue };
+        job.note(Subject::Gaps, row.line, message!("filled", name => &*name, is_held));
+        row.lose();
+    }
 }
 
 /// Returns the squared distance between the step of both balls from frame `end` and the step that
