@@ -19,12 +19,17 @@ pub(super) const COORDINATES: [fn(&Sample) -> f64; 2] = [|s| s.x, |s| s.y];
 pub(crate) const MIN_NOISE_M: f64 = 1e-8;
 
 /// Returns the noise of a coordinate of balls, m, from the second differences of consecutive
-/// frames, in which a smooth motion leaves only its acceleration:
-/// median |Δ²x|/0.6745/√(6 − 8ρ + 2ρ²), with ρ the correlation of neighbouring frames. The noise is
-/// at least the rounding error of the coordinates' grid. A ball at rest that a program holds in
-/// place does not count.
+/// frames, in which a smooth motion leaves only its acceleration: the root mean square over both
+/// coordinates of median |Δ²x|/0.6745/√(6 − 8ρ + 2ρ²), with ρ the correlation of neighbouring
+/// frames. It is at least the rounding error of the coordinates' grid. A ball at rest that a program
+/// holds in place does not count.
 pub(crate) fn noise(shot: &TrackShot) -> f64 {
-    let all = triples(&[&shot.cue, &shot.object], shot.fps.recip());
+    noise_of(&[&shot.cue, &shot.object], shot)
+}
+
+/// Returns what [`noise`] does from some tracks of a shot.
+pub(crate) fn noise_of(tracks: &[&[Sample]], shot: &TrackShot) -> f64 {
+    let all = triples(tracks, shot.fps.recip());
     let free: Vec<&[Sample]> = all.iter().copied().filter(|three| !is_held(three)).collect();
     let noise_of_free = estimate(&free, shot);
     // noise of a step or more leaves at most 0.7 % of triples equal
@@ -47,16 +52,15 @@ fn estimate(triples: &[&[Sample]], shot: &TrackShot) -> f64 {
     let [finer, coarser] = [f64::min, f64::max].map(|of| of(shot.resolution[0], shot.resolution[1]));
     let least = MIN_NOISE_M.max(rounding(finer));
     let constant = constant_axis_of(triples);
-    let moving = (0..2).filter(|axis| constant != Some(*axis));
-    let mut differences: Vec<f64> =
-        moving.flat_map(|axis| triples.iter().map(move |three| bend(three, COORDINATES[axis]))).collect();
-    if differences.is_empty() {
-        return least;
-    }
-    differences.sort_by(f64::total_cmp);
     let rho = shot.correlation;
     let differs = (6.0 - 8.0 * rho + 2.0 * rho * rho).sqrt();
-    (median_of_multiples(&differences, coarser) / NORMAL_MEDIAN / differs).max(least)
+    let variance = |axis: usize| {
+        let mut differences: Vec<f64> = triples.iter().map(|three| bend(three, COORDINATES[axis])).collect();
+        differences.sort_by(f64::total_cmp);
+        (median_of_multiples(&differences, coarser) / NORMAL_MEDIAN / differs).powi(2)
+    };
+    let variances: Vec<f64> = (0..2).filter(|axis| constant != Some(*axis)).map(variance).collect();
+    (variances.iter().sum::<f64>() / variances.len() as f64).sqrt().max(least)
 }
 
 /// Returns whether positions are exactly the same.

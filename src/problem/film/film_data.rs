@@ -20,7 +20,7 @@ use crate::film::{drops, frame_noise};
 use crate::measurement::dataset::{Dataset, Measured, Tracks};
 use crate::measurement::loss::Loss;
 use crate::measurement::track::{Marker, Sample, TrackShot, TrackedBall};
-use crate::numerics::median;
+use crate::numerics::{SIGNIFICANT, median};
 use crate::problem::findings::Finding;
 use crate::problem::frames::Frame;
 use crate::problem::loss::ShotLoss;
@@ -78,11 +78,13 @@ pub(crate) fn prepare_film(dataset: &Dataset, choices: &Choices) -> Result<Prepa
     let contact = |shot: &Guessed| (shot.guess.before(0)[0] + shot.guess.before(1)[0]) * 0.5;
     let middle = shots.iter().map(contact).sum::<Point>() / shots.len() as f64;
     let states_noise = shots.iter().all(|shot| shot.track.states_noise());
-    let sd = unit * median(shots.iter().map(|shot| frame_noise::noise(&shot.track)).collect());
     let rho = shots[0].track.correlation;
-    let noise = Noise { sd: if states_noise { 1.0 } else { sd }, rho };
+    let noises = [0, 1].map(|ball| {
+        let sd = || unit * median(shots.iter().map(|shot| shot.noise(ball)).collect());
+        Noise { sd: if states_noise { 1.0 } else { sd() }, rho }
+    });
     let names: Vec<String> = shots.iter().map(|shot| shot.track.name.clone()).collect();
-    let read = |shot: &Guessed| shot.read(middle, unit, states_noise, ball.radius);
+    let read = |shot: &Guessed| shot.read((middle, unit), (states_noise, &noises), ball.radius);
     let (mut shots, mut own): (Vec<FilmedShot>, Vec<Own>) = shots.iter().map(read).unzip();
     let settings = dataset.settings_of_balls();
     let camera = Camera::new(&Shared::starts(&list_unknowns(&settings, tracks, &[])));
@@ -98,7 +100,7 @@ pub(crate) fn prepare_film(dataset: &Dataset, choices: &Choices) -> Result<Prepa
         shots: Arc::new(shots),
         contact: Contact::new(&model, &unknowns),
         variation: Variation {
-            noises: vec![noise; 2],
+            noises: noises.to_vec(),
             is_stated: states_noise,
             spreads: first_spreads(dataset.side_sd).to_vec(),
         },
@@ -139,14 +141,35 @@ fn guess_all(shots: Vec<TrackShot>, from_balls: bool, left_out: &mut Vec<(String
 }
 
 impl Guessed {
+    /// Returns the noise of a coordinate of a ball, in the unit of the film: at least that of both,
+    /// since rest, in which a tracker may hold a ball, shows less.
+    fn noise(&self, ball: usize) -> f64 {
+        let samples: &[Sample] = [&self.track.cue, &self.track.object][ball];
+        frame_noise::noise(&self.track).max(frame_noise::noise_of(&[samples], &self.track))
+    }
+
     /// Returns the shot in metres from the middle, with the spin that is stated, and the first guess
     /// of its own unknowns. The radius is in metres.
-    fn read(&self, middle: Point, unit: f64, states_noise: bool, radius: f64) -> (FilmedShot, Own) {
+    fn read(
+        &self,
+        (middle, unit): (Point, f64),
+        (states_noise, typical): (bool, &[Noise; 2]),
+        radius: f64,
+    ) -> (FilmedShot, Own) {
         let Self { track, guess } = self;
         let reading = Reading { middle, unit, states_noise, may_be_held: !track.states_noise() };
         let [of_cue, of_object] = track.resolution;
         let mut tracks =
             [reading.frames(track, &track.cue, of_cue), reading.frames(track, &track.object, of_object)];
+        for (ball, frames) in tracks.iter_mut().enumerate().filter(|_| !track.states_noise()) {
+            // frames that scatter significantly more, as those of fast balls may, count less
+            let times = unit * self.noise(ball) / typical[ball].sd;
+            if times > 1.0 + SIGNIFICANT / (frames.len() as f64).sqrt() {
+                for frame in frames {
+                    frame.weight /= times;
+                }
+            }
+        }
         set_apart(&mut tracks, track.fps, radius);
         let marker = |Marker { ball, samples, .. }: &Marker| {
             let ball = usize::from(*ball == TrackedBall::Object);

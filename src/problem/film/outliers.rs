@@ -19,7 +19,7 @@ use crate::numerics::{SIGNIFICANT, median};
 use crate::problem::false_shots::{Squares, tail};
 use crate::problem::frames::Sight;
 use crate::problem::policy::POLICY;
-use crate::problem::sums::ShotSums;
+use crate::problem::sums::{NoiseSums, ShotSums};
 use crate::problem::unknowns::{Own, Shared};
 
 /// Frames of a block at the end of a track that is judged as a whole: a collision at the end is
@@ -86,12 +86,18 @@ pub(crate) fn outlying<const R: usize>(frames: &[Sight<R>], instant: f64) -> Vec
     (0..frames.len()).filter(is_left_out).map(|i| frames[i].index).collect()
 }
 
-/// Returns the squares of the residuals of the frames of each shot.
+/// Returns the squares of the residuals of the frames of each shot: of n numbers at most n/(1 − ρ),
+/// with the correlation ρ of neighbours. That is what a shot has that is on its paths and only
+/// scatters more than the others.
 pub(crate) fn squares(shots: &[ShotSums]) -> Vec<Squares> {
     let add_up = |shot: &ShotSums| {
-        let count: f64 = shot.noises.iter().map(|noise| noise.count).sum();
-        let sum = shot.noises.iter().map(|noise| noise.weighted).sum();
-        Squares { sum, count: (count - shot.count_free() as f64).max(1.0) }
+        let mut all = NoiseSums::default();
+        for noise in &shot.noises {
+            all.add(noise);
+        }
+        let count = (all.count - shot.count_free() as f64).max(1.0);
+        let rho = if all.square > 0.0 { (all.lagged / all.square).clamp(0.0, 1.0) } else { 1.0 };
+        Squares { sum: all.weighted.min(count / (1.0 - rho)), count }
     };
     shots.iter().map(add_up).collect()
 }
