@@ -144,13 +144,13 @@ pub(super) fn check_put_in_frames(balls: &[RawTrack; 2], resolution: f64, job: J
     None
 }
 
-/// Turns places into gaps that both balls share in less than half of the frames: a tracker took them
+/// Turns places into gaps that both balls share, unless they do in all frames: a tracker took them
 /// for one.
 pub(super) fn remove_shared([cue, object]: &mut [RawTrack; 2], job: Job) {
     let frames = cue.frames_with(object);
     let shared = frames.iter().filter(|[one, other]| one.place == other.place);
     let shared: Vec<Row> = shared.map(|[row, _]| *row).collect();
-    for Row { time, line, .. } in shared.iter().filter(|_| 2 * shared.len() < frames.len()) {
+    for Row { time, line, .. } in shared.iter().filter(|_| shared.len() < frames.len()) {
         job.note(Subject::Gaps, *line, "both balls are at one place: taken as a gap");
         let rows = cue.rows.iter_mut().chain(&mut object.rows);
         rows.filter(|row| row.time == *time).for_each(Row::lose);
