@@ -1,5 +1,6 @@
 //! Faults between the camera and the file: lost balls, duplicate rows, rows out of order, repeated
-//! frames, exchanged names of balls. They are repaired if the repair is certain.
+//! frames, places that programs filled in, exchanged names of balls. They are repaired if the repair
+//! is certain.
 
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
@@ -133,7 +134,7 @@ pub(super) fn check_put_in_frames(balls: &[RawTrack; 2], resolution: f64, job: J
     let is_of_both =
         |[first, end]: &[usize; 2]| (0..2).all(|ball| rests(ball, first - 1) == rests(ball, *end));
     let repeats: Vec<[usize; 2]> = repeats.filter(|run| is_moving(run) && is_of_both(run)).collect();
-    // else the steps after repeated frames hold their motion, too
+    // after a frame that was repeated, and not put in, the next step makes up for it
     let lateness = repeats.iter().map(|[first, end]| {
         let [caught_up, late] = [*first, *end].map(|from| miss(&frames, [first - 1, from, *end]));
         caught_up - late
@@ -176,7 +177,7 @@ pub(super) fn remove_filled(track: &mut RawTrack, (resolution, fps): (f64, f64),
     let scatter = [0, 1].map(|k| offs(k) / NORMAL_MEDIAN);
     let least =
         resolution.max(EXACT * seen.iter().flat_map(|row| row.place).fold(0.0, |most, x| x.abs().max(most)));
-    // the density of a normal distribution at its middle
+    // P(|x| ≤ h) = 2h/(√(2π) σ) of a normal number if h is much less than σ
     let chance: f64 = scatter.map(|sd| (2.0 * least / (TAU.sqrt() * sd)).min(1.0)).into_iter().product();
     let improbable = erfc(SIGNIFICANT * FRAC_1_SQRT_2);
     let shortest = (MAX_COARSE * resolution).max(SIGNIFICANT * scatter[0].hypot(scatter[1]));
