@@ -65,10 +65,10 @@ impl TrackShot {
         Self { name: name.into(), fps, cue, object, spin, ..Self::default() }
     }
 
-    /// Returns all positions: of both balls and of the markers.
-    pub(crate) fn samples_mut(&mut self) -> impl Iterator<Item = &mut Sample> {
+    /// Returns the positions of both balls, and of each marker.
+    pub(crate) fn tracks_mut(&mut self) -> impl Iterator<Item = &mut Vec<Sample>> {
         let markers = self.markers.iter_mut().map(|marker| &mut marker.samples);
-        [&mut self.cue, &mut self.object].into_iter().chain(markers).flatten()
+        [&mut self.cue, &mut self.object].into_iter().chain(markers)
     }
 
     /// Returns the number of frames that determine a slow motion as one with independent noise

@@ -170,7 +170,6 @@ pub(super) fn shot(mut raw: RawShot, facts: &Facts, job: Job) -> Option<TrackSho
     let of =
         |key: usize| raw.tracks.iter().filter(move |track| track.role.is_some_and(|role| role[0] == key));
     let step = grid_step(&centres.each_ref()).unwrap_or(0.0);
-    repair::check_put_in_frames(&centres, step, job)?;
     let swapped = repair::undo_swaps(&mut centres, job);
     if let Some(line) = swapped.filter(|_| !raw.tracks.is_empty()) {
         job.note(Subject::Damage, line, message!("swapped_with_markers"));
@@ -211,7 +210,7 @@ pub(super) fn shot(mut raw: RawShot, facts: &Facts, job: Job) -> Option<TrackSho
         ..TrackShot::new(raw.name, fps, spin, paths)
     };
     let is_finite = |s: &mut Sample| [s.t, s.x, s.y].iter().all(|number| number.is_finite());
-    if !shot.samples_mut().all(is_finite) {
+    if !shot.tracks_mut().flatten().all(is_finite) {
         return job.refuse(shot.line, "a position or time is too large to be converted");
     }
     Some(shot)

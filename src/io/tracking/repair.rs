@@ -5,7 +5,6 @@
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-use nalgebra::Vector4;
 use statrs::function::erf::erfc;
 
 use super::raw::{Job, RawShot, RawTrack, Row, UNLIKE, jump_speed, value_at};
@@ -117,34 +116,6 @@ pub(super) fn unite_frames(shot: &mut RawShot, job: Job) -> Option<()> {
     Some(())
 }
 
-/// Complains of frames that were put in: they repeat the frame before while a ball moves beyond
-/// `resolution`, and no ball catches up after them. `None`, with damage, if there are any.
-pub(super) fn check_put_in_frames(balls: &[RawTrack; 2], resolution: f64, job: Job) -> Option<()> {
-    let frames = balls[0].frames_with(&balls[1]);
-    let step = |ball: usize, k: usize| frames[k][ball].distance(&frames[k + 1][ball]);
-    let steps: Vec<f64> = (1..frames.len()).map(|next| step(0, next - 1).max(step(1, next - 1))).collect();
-    if steps.iter().filter(|step| **step == 0.0).count() * 5 > steps.len() {
-        return Some(());
-    }
-    let repeats = (1..steps.len()).filter(|k| steps[*k] == 0.0 && steps[k - 1] != 0.0);
-    let repeats = repeats.map_while(|first| Some([first, (first..steps.len()).find(|k| steps[*k] != 0.0)?]));
-    let is_moving = |[first, end]: &[usize; 2]| steps[first - 1].min(steps[*end]) >= MAX_COARSE * resolution;
-    // a tracker may hold both balls for a while, which then do not go on at the same time
-    let rests = |ball: usize, k: usize| step(ball, k) == 0.0;
-    let is_of_both =
-        |[first, end]: &[usize; 2]| (0..2).all(|ball| rests(ball, first - 1) == rests(ball, *end));
-    let repeats: Vec<[usize; 2]> = repeats.filter(|run| is_moving(run) && is_of_both(run)).collect();
-    // after a frame that was repeated, and not put in, the next step makes up for it
-    let lateness = repeats.iter().map(|[first, end]| {
-        let [caught_up, late] = [*first, *end].map(|from| miss(&frames, [first - 1, from, *end]));
-        caught_up - late
-    });
-    let Some([first, _]) = repeats.first().filter(|_| lateness.sum::<f64>() > 0.0) else { return Some(()) };
-    let ([Row { line: known, .. }, _], [Row { line, .. }, _]) = (frames[*first], frames[first + 1]);
-    job.note(Subject::Damage, line, message!("put_in", known));
-    None
-}
-
 /// Turns places into gaps that both balls share, unless they do in all frames: a tracker took them
 /// for one.
 pub(super) fn remove_shared([cue, object]: &mut [RawTrack; 2], job: Job) {
@@ -205,25 +176,6 @@ pub(super) fn remove_filled(track: &mut RawTrack, (resolution, fps): (f64, f64),
         job.note(Subject::Gaps, row.line, message!("filled", name => &*name, is_held));
         row.lose();
     }
-}
-
-/// Returns the squared distance between the step of both balls from frame `end` and the step that
-/// they would have made since frame `from`: at the velocity of the step from frame `before` until
-/// any moment, and at that of the step after `end` from then on, as if an impact were between them.
-fn miss(frames: &[[Row; 2]], [before, from, end]: [usize; 3]) -> f64 {
-    let motion = |from: usize, to: usize| -> (Vector4<f64>, f64) {
-        let [one, other] = [&frames[from], &frames[to]];
-        let way = Vector4::from_fn(|k, _| other[k / 2].place[k % 2] - one[k / 2].place[k % 2]);
-        (way, other[0].time - one[0].time)
-    };
-    let after = (end + 1).min(frames.len() - 2);
-    let (way, _) = motion(end, end + 1);
-    let (_, time) = motion(from, end + 1);
-    let [early, late] =
-        [before, after].map(|k| motion(k, k + 1)).map(|(way, duration)| way * (time / duration));
-    let change = late - early;
-    let part = (way - early).dot(&change) / change.norm_squared().max(f64::MIN_POSITIVE);
-    (way - early - change * part.clamp(0.0, 1.0)).norm_squared()
 }
 
 /// Undoes identity swaps of a tracker; returns the line of the first one.

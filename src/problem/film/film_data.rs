@@ -285,7 +285,7 @@ fn refute_noise(shots: &mut [Guessed], unit: f64) -> Option<Finding> {
     let times = (!times.is_empty()).then(|| median(times)).filter(|times| !AS_STATED.contains(times))?;
     for Guessed { track, .. } in shots.iter_mut().filter(|_| times > 1.0) {
         track.position_sd = None;
-        track.samples_mut().for_each(|sample| sample.sd = None);
+        track.tracks_mut().flatten().for_each(|sample| sample.sd = None);
     }
     Some(Finding::NoiseRefuted { times })
 }
