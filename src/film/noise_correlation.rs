@@ -38,7 +38,7 @@ const TRIED: usize = 50;
 const MIN_DECREASE: f64 = 6.0;
 
 /// Least correlation of neighbouring frames: a smaller one changes no error by a tenth.
-pub(crate) const MIN_RHO: f64 = 0.1;
+const MIN_RHO: f64 = 0.1;
 
 /// Returns the correlation of the noise of neighbouring frames, from 0 to below 1, with its
 /// standard error; `None` if the shots do not show it.

@@ -210,15 +210,6 @@ impl Reduced {
         follow * (2.0 - follow) * own - shared
     }
 
-    /// Returns the least value of a quadratic χ² over these unknowns and all own ones, and the
-    /// logarithm of the determinant of their normal matrix.
-    pub fn least(&self, columns: &[usize]) -> Option<(f64, f64)> {
-        let cholesky = self.matrix(columns).cholesky()?;
-        let gradient = self.gradient(columns);
-        let least = self.products[(self.last(), self.last())] - gradient.dot(&cholesky.solve(&gradient));
-        Some((least, self.own_ln_determinant + cholesky.ln_determinant()))
-    }
-
     /// Returns the state after a step of the unknowns `columns`, the own ones following by a part of
     /// their way to the minimum.
     pub fn step(

@@ -9,11 +9,9 @@ use super::evaluation::{Evaluation, Reduced};
 use super::problem::{Block, Problem, Sample};
 use super::sums::{MIN_DOF, Noise, NoiseSums, Scattered, ShotSums};
 use super::uncertainty::Estimates;
-use crate::film::noise_correlation::MIN_RHO;
 
-/// Step of the correlation between values whose likelihoods are compared. The largest one that is
-/// estimated is half a step below 1.
-const RHO_STEP: f64 = 0.04;
+/// Largest correlation of neighbouring numbers that is estimated.
+const MAX_RHO: f64 = 0.98;
 
 /// The noise has settled if its variance changes by less than this part and ρ by less than this.
 const SETTLED: f64 = 0.01;
@@ -30,10 +28,7 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
     let mut settled = true;
     for sample in 0..sums.len() {
         if problem.samples[sample].block.variation().is_estimated() {
-            let dof = count(&sums[sample]) - spent[sample].iter().sum::<f64>();
-            // residuals are less correlated than the errors, as each shot's unknowns follow slow
-            // errors
-            let likeliest = likeliest_correlation(problem, at, sample, dof);
+            let rho = correlation(&sums[sample], &spent[sample]);
             let noise_of = problem.samples[sample].noise_of;
             let is_partner = |other: &usize| problem.samples[*other].noise_of == noise_of;
             let partners: Vec<usize> = (0..sums.len()).filter(is_partner).collect();
@@ -48,8 +43,6 @@ pub(super) fn update(problem: &mut Problem, at: &Evaluation) -> bool {
                 if !(dof > MIN_DOF && growth > 0.0 && growth.is_finite()) {
                     continue;
                 }
-                let residual_rho = if sum.square > 0.0 { sum.lagged / sum.square } else { 0.0 };
-                let rho = likeliest.unwrap_or(residual_rho).clamp(0.0, 1.0 - 0.5 * RHO_STEP);
                 let least = if let Block::Rows(rows) = &*block { rows.pools[which].least() } else { 0.0 };
                 let noise = &mut block.variation_mut().noises[which];
                 let sd = (noise.sd * growth.sqrt()).max(least);
@@ -110,40 +103,17 @@ fn count_spent(
     problem.samples.iter().enumerate().map(spent_by_sample).collect()
 }
 
-/// Returns the correlation of neighbouring numbers of a sample that restricted likelihood prefers
-/// near the present one; `None` if neighbouring residuals are not correlated.
-fn likeliest_correlation(problem: &mut Problem, at: &Evaluation, sample: usize, dof: f64) -> Option<f64> {
-    let sums = at.noises(sample);
-    let lagged = sums.iter().map(|sum| sum.lagged).sum::<f64>();
-    let square = sums.iter().map(|sum| sum.square).sum::<f64>();
-    let residual_rho = lagged / square;
-    let noises = &problem.samples[sample].block.variation().noises;
-    let mean = noises.iter().map(|noise| noise.rho).sum::<f64>() / noises.len() as f64;
-    let present = mean.max(residual_rho);
-    if !(present > MIN_RHO && dof > 0.0) {
-        return None;
+/// Returns the correlation of the errors of neighbouring numbers from that of their residuals,
+/// which is less, as unknowns follow slow errors: if a part p is spent on unknowns, it is ρ − p(1 + ρ)
+/// to first order (Marriott and Pope 1954, Biometrika 41, 390).
+fn correlation(sums: &[NoiseSums], spent: &[f64]) -> f64 {
+    let mut all = NoiseSums::default();
+    for sum in sums {
+        all.add(sum);
     }
-    let middle = present.clamp(RHO_STEP, 1.0 - 1.5 * RHO_STEP);
-    let [low, here, high] =
-        [-RHO_STEP, 0.0, RHO_STEP].map(|by| restricted(problem, at, (sample, middle + by), dof));
-    let (low, here, high) = (low?, here?, high?);
-    // the vertex of the parabola through three points, at most two steps away
-    let (slope, bend) = (0.5 * (high - low), high - 2.0 * here + low);
-    let steps = if bend > 0.0 { (-slope / bend).clamp(-2.0, 2.0) } else { -2.0 * slope.signum() };
-    Some(middle + steps * RHO_STEP)
-}
-
-/// Returns −2 ln of the restricted likelihood with a correlation in a sample, up to a constant,
-/// least over all unknowns and the size of the noise: (N − p) ln χ² + ln|R| + ln|XᵀR⁻¹X|.
-fn restricted(problem: &Problem, at: &Evaluation, (sample, rho): (usize, f64), dof: f64) -> Option<f64> {
-    let mut other = problem.clone();
-    for noise in &mut other.samples[sample].block.variation_mut().noises {
-        noise.rho = rho;
-    }
-    let there = other.evaluate(at.state.clone());
-    let (least, of_unknowns) = there.reduced()?.least(&other.free())?;
-    let ln_determinant: f64 = there.noises(sample).iter().map(|sum| sum.ln_determinant).sum();
-    Some(dof * least.ln() + ln_determinant + of_unknowns)
+    let part = spent.iter().sum::<f64>() / all.count;
+    let rho = (all.lagged / all.square + part) / (1.0 - part);
+    if rho > 0.0 { rho.min(MAX_RHO) } else { 0.0 }
 }
 
 /// Returns the number of own unknowns that the data determine: each counts by the part of its
