@@ -82,7 +82,7 @@ fn beginnings(shot: &RawShot, fps: Option<f64>) -> Vec<f64> {
     let is_short = |time: f64| time > 0.0 && time < 1.5 * step;
     let centres = shot.centres();
     let steps = centres.iter().flatten().flat_map(|track| track.steps());
-    let jump = step * jump_speed(steps.filter(|[_, time]| is_short(*time)));
+    let jump = step * jump_speed(steps.filter(|[_, time]| is_short(*time)), 0.9);
     let frames = centres.map_or(Vec::new(), |[one, other]| one.frames_with(other));
     let jumps = |two: &&[[Row; 2]]| {
         let ([one, other], [one_next, other_next]) = (two[0], two[1]);

@@ -58,16 +58,15 @@ pub(super) fn value_at(numbers: &mut [f64], part: f64) -> Option<f64> {
     (place < numbers.len()).then(|| *numbers.select_nth_unstable_by(place, f64::total_cmp).1)
 }
 
-/// Multiple of the range, or limit, of nine tenths of some numbers beyond which others are faults.
+/// Multiple of the range, or limit, of most of some numbers beyond which others are faults.
 pub(super) const UNLIKE: f64 = 5.0;
 
-/// Returns the speed beyond which a step is a jump: a multiple of that which nine tenths of these
-/// steps do not exceed, since others may be wrong. Infinite without motion.
-pub(super) fn jump_speed(steps: impl Iterator<Item = [f64; 2]>) -> f64 {
+/// Returns the speed beyond which a step is a jump: a multiple of that which a part of these steps do
+/// not exceed, since others may be wrong. Infinite without motion.
+pub(super) fn jump_speed(steps: impl Iterator<Item = [f64; 2]>, part: f64) -> f64 {
     let mut speeds: Vec<f64> = steps.map(|[length, time]| length / time).collect();
-    speeds.retain(|speed| speed.is_finite());
-    let fast = value_at(&mut speeds, 0.9).filter(|fast| *fast > 0.0);
-    UNLIKE * fast.unwrap_or(f64::INFINITY)
+    speeds.retain(|speed| speed.is_finite() && *speed > 0.0);
+    UNLIKE * value_at(&mut speeds, part).unwrap_or(f64::INFINITY)
 }
 
 pub(super) fn span(numbers: impl Iterator<Item = f64>) -> [f64; 2] {

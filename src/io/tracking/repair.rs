@@ -17,53 +17,45 @@ const MAX_COARSE: f64 = 4.0;
 /// exchanged; a wrong place makes it 1/2.
 const MAX_SWAPPED: f64 = 0.3;
 
-/// Makes gaps of placeholders for a lost ball, unless its path leads there, and of impossible
-/// places and times: a lost decimal point, a misprint.
+/// Makes gaps of places that a ball jumps to and back from, as false detections and misprints are;
+/// of placeholders for a lost ball to which it jumps at an end of its track; and of impossible
+/// times.
 pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
-    let paths = shot.tracks.iter().filter(|track| !track.is_angle);
-    let paths: Vec<Vec<&Row>> = paths.map(|track| track.seen().collect()).collect();
-    // the ranges of the middle nine tenths of x, y and time
-    let values = |row: &Row| [row.place[0], row.place[1], row.time];
-    let ranges = [0, 1, 2].map(|k| {
-        let good = paths.iter().flatten().filter(|row| !row.is_placeholder());
-        let mut all: Vec<f64> = good.map(|row| values(row)[k]).collect();
-        [0.05, 0.95].map(|part| value_at(&mut all, part).unwrap_or(f64::NAN))
-    });
-    let [x, y, t] = ranges.map(|[low, high]| UNLIKE * (high - low));
-    let reach = [x.max(y), x.max(y), t];
-    let excess = |row: &Row, k: usize| (ranges[k][0] - values(row)[k]).max(values(row)[k] - ranges[k][1]);
-    let is_off = |row: &Row, k: usize| excess(row, k) > reach[k];
-    let is_doubtful = |row: &&Row| row.is_placeholder() || (0..3).any(|k| is_off(row, k));
-    if !paths.iter().flatten().any(is_doubtful) {
-        return;
-    }
-    let good = paths.iter().flat_map(|path| path.windows(2)).filter(|two| !two.iter().any(is_doubtful));
-    let limit = jump_speed(good.map(|two| two[0].step(two[1])));
-    let jumps = |one: &Row, other: &Row| {
-        let [length, time] = one.step(other);
+    let paths = || shot.tracks.iter().filter(|track| !track.is_angle);
+    let limit = jump_speed(paths().flat_map(RawTrack::steps), 0.75);
+    // the range of the middle nine tenths
+    let mut times: Vec<f64> = paths().flat_map(RawTrack::seen).map(|row| row.time).collect();
+    let [first, last] = [0.05, 0.95].map(|part| value_at(&mut times, part).unwrap_or(f64::NAN));
+    let is_late = |row: &Row| (first - row.time).max(row.time - last) > UNLIKE * (last - first);
+    let jumps = |one: &[&Row], other: &[&Row]| {
+        let [length, time] = one[one.len() - 1].step(other[0]);
         length > limit * time
     };
-    for RawTrack { name, rows, .. } in shot.tracks.iter_mut().filter(|track| !track.is_angle) {
-        let mut lost: Vec<Option<&str>> = Vec::new();
+    for RawTrack { name, rows, point, .. } in shot.tracks.iter_mut().filter(|track| !track.is_angle) {
         let path: Vec<&Row> = rows.iter().filter(|row| !row.is_gap()).collect();
         let stays: Vec<&[&Row]> = path.chunk_by(|a, b| a.place == b.place).collect();
-        // whether the ball jumps from each stay at a place to the next one
-        let jumps: Vec<bool> =
-            stays.windows(2).map(|two| jumps(two[0][two[0].len() - 1], two[1][0])).collect();
-        for (i, stay) in stays.iter().enumerate() {
-            let ends = &jumps[i.saturating_sub(1)..jumps.len().min(i + 1)];
-            let is_away = !ends.is_empty() && ends.iter().all(|jumps| *jumps);
-            lost.extend(stay.iter().map(|row| {
-                let is_late = is_off(row, 2).then_some("at a time far from all others");
-                is_late.or((is_away && is_doubtful(row)).then_some("far from its path"))
-            }));
-        }
-        for (row, why) in rows.iter_mut().filter(|row| !row.is_gap()).zip(lost) {
-            let Some(why) = why else { continue };
-            let [x, y] = row.place;
-            let message = format!("\"{name}\" is at ({x}, {y}), {why}: taken as a gap");
-            job.note(Subject::Gaps, row.line, message);
-            row.lose();
+        let is_away = |i: usize| {
+            let (stay, is_placeholder) = (stays[i], stays[i][0].is_placeholder());
+            match (i.checked_sub(1).map(|before| stays[before]), stays.get(i + 1)) {
+                // a point that is often mistaken for another one jumps back to wrong places, too
+                (Some(_), Some(_)) if point.is_some() && !is_placeholder => false,
+                (Some(before), Some(after)) => {
+                    jumps(before, stay) && jumps(stay, after) && !jumps(before, after)
+                }
+                (Some(before), None) => is_placeholder && jumps(before, stay),
+                (None, Some(after)) => is_placeholder && jumps(stay, after),
+                (None, None) => false,
+            }
+        };
+        let away: Vec<bool> = (0..stays.len()).flat_map(|i| vec![is_away(i); stays[i].len()]).collect();
+        for (row, is_away) in rows.iter_mut().filter(|row| !row.is_gap()).zip(away) {
+            let why = if is_late(row) { "at a time far from all others" } else { "far from its path" };
+            if is_away || is_late(row) {
+                let [x, y] = row.place;
+                let message = format!("\"{name}\" is at ({x}, {y}), {why}: taken as a gap");
+                job.note(Subject::Gaps, row.line, message);
+                row.lose();
+            }
         }
     }
 }
