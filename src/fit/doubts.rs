@@ -7,7 +7,7 @@ use minijinja::context;
 
 use super::film::FittedFilm;
 use super::film_words::{self, Remark, doubt, note, of_shots, sentences};
-use super::{Estimate, Fit, FoundCamera, Noise, NoiseVerdict, Rejected, Status, Trend, check};
+use super::{Estimate, Fit, Noise, NoiseVerdict, Rejected, Status, Trend, check};
 use crate::measurement::dataset::{Dataset, ON_REQUEST, Shot};
 use crate::measurement::observable::Observable;
 use crate::measurement::parameter::Parameter;
@@ -161,7 +161,11 @@ impl Fit {
             let alike = suspicious.iter().filter(|other| other.kind == finding.kind).count();
             finding.shot.is_none() || 2 * alike > self.shots_used()
         };
-        let rho = self.camera.as_ref().and_then(FoundCamera::noise_correlation);
+        let lasting = |finding: &Finding| match finding {
+            Finding::NoiseLasts { rho, .. } => Some(*rho),
+            _ => None,
+        };
+        let rho = self.solution.record.findings.iter().find_map(lasting);
         if let Some(check::Finding { shot, text, .. }) = suspicious.iter().find(is_of_most) {
             all.push(doubt(FOOTAGE, context! { shot, text }));
         } else if let Some(rho) = rho.filter(|rho| *rho > SMOOTHED) {

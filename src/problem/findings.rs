@@ -33,7 +33,7 @@ pub(crate) enum Finding {
     },
     /// The stated frame rate is one at which films are played, and something else is wrong.
     Playback { fps: f64 },
-    /// The camera dropped frames that the numbers do not show; the others were moved in time.
+    /// Frames were dropped, or put in, that the numbers do not show; the others were moved in time.
     Drops { shots: usize, drops: usize },
     /// Cue balls come off a cushion or are struck before the impact: their frames up to there are
     /// left out.
