@@ -15,8 +15,8 @@ use crate::numerics::SIGNIFICANT;
 const SIDES: [usize; 2] = [7, 5];
 const MIN_SIDE: usize = 4;
 
-/// Difference of a step from its frames at the speed before, in steps of a frame, from which on it
-/// may be of another number of frames.
+/// A step that is longer or shorter than at the speed before it by this part of a frame's may be of
+/// another number of frames.
 const MIN_JUMP: f64 = 0.5;
 
 /// Largest difference between a step and a multiple of the typical step, in typical steps.
@@ -30,7 +30,7 @@ const LOST: std::ops::RangeInclusive<f64> = -2.0..=7.0;
 /// left out; returns the number of such places.
 pub(crate) fn repair(shot: &mut TrackShot) -> usize {
     let frame = shot.fps.recip();
-    // instant of the frame before a drop, s, and number of frames
+    // instant of the frame before such a place, s, and number of frames
     let mut drops: Vec<(f64, f64)> = Vec::new();
     for (own, other) in [(&shot.cue, &shot.object), (&shot.object, &shot.cue)] {
         let step = |i: usize| (own[i + 1].x - own[i].x).hypot(own[i + 1].y - own[i].y);

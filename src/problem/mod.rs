@@ -6,9 +6,9 @@
 //! forward into the picture: through the impact, the motion on the cloth, and the camera, at each
 //! frame's own time. Velocities and angles of tables are predicted by the impact. Own unknowns are
 //! eliminated (Schur complement; Triggs et al. 2000), so that a step costs time linear in the
-//! frames. Noise of frames is autoregressive of first order and whitened exactly; its size and
-//! correlation, and the spreads of spins from shot to shot, are estimated by restricted maximum
-//! likelihood.
+//! frames. Noise of frames is autoregressive of first order and whitened exactly; its size, and
+//! the spreads of spins from shot to shot, are estimated by restricted maximum likelihood, its
+//! correlation from that of the residuals.
 //!
 //! | file | what it holds |
 //! | --- | --- |

@@ -22,6 +22,7 @@ const MAX_SWAPPED: f64 = 0.3;
 /// times.
 pub(super) fn remove_lost(shot: &mut RawShot, job: Job) {
     let paths = || shot.tracks.iter().filter(|track| !track.is_angle);
+    // two steps are wrong at each false detection: a fifth of all if a tenth of the frames is wrong
     let limit = jump_speed(paths().flat_map(RawTrack::steps), 0.75);
     // the range of the middle nine tenths
     let mut times: Vec<f64> = paths().flat_map(RawTrack::seen).map(|row| row.time).collect();
