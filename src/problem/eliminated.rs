@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, Dyn};
 
 use super::sums::Contribution;
-use super::unknowns::{Id, Own};
+use super::unknowns::Id;
 
 /// Own unknowns of a shot after elimination, without those that are held.
 pub(crate) struct Eliminated {
@@ -18,24 +18,6 @@ pub(crate) struct Eliminated {
 }
 
 impl Eliminated {
-    /// Returns the own unknowns of least χ² with one held at its bound b: x + C₁(b − x₁)/C₁₁ with
-    /// their covariance C. `free`: those of least χ² without bounds, x; `bounded`: the same, cut off
-    /// at their bounds.
-    pub(super) fn follow(&self, mut free: Own, bounded: Own) -> Own {
-        let is_cut_off = |place: &usize| free[*place] != bounded[*place];
-        let Some(at) = self.places.iter().position(is_cut_off) else { return bounded };
-        let place = self.places[at];
-        let mut unit = DVector::zeros(self.places.len());
-        unit[at] = 1.0;
-        let covariance = self.factor.solve(&unit);
-        let by = (bounded[place] - free[place]) / covariance[at];
-        for (place, covariance) in self.places.iter().zip(&covariance) {
-            free[*place] += by * covariance;
-        }
-        free[place] = bounded[place];
-        free
-    }
-
     /// Returns the variance at given shared unknowns of a number with these derivatives.
     pub(crate) fn variance(&self, by: &DVector<f64>) -> f64 {
         let by = by.select_rows(&self.places);

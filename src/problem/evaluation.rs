@@ -236,8 +236,7 @@ impl Reduced {
                 for (place, by) in eliminated.places.iter().zip(&(&eliminated.response * &step)) {
                     moved[*place] -= by;
                 }
-                let bounded = sample.block.bounded(i, own, moved.clone());
-                *own = eliminated.follow(moved, bounded);
+                *own = sample.block.bounded(i, moved);
             });
         }
         state

@@ -238,13 +238,8 @@ impl SumOfSquares for Moving<'_> {
     fn step(&self, at: &Evaluation, damping: f64) -> Option<Step<State>> {
         let problem = self.problem;
         let reduced = at.reduced()?;
-        // a friction that frames tell no better than its bounds do would jump there
-        let is_told = |column: &usize| {
-            let [low, high] = problem.unknowns[*column].bounds;
-            let precision = reduced.matrix(&[*column])[0] * (high - low).powi(2);
-            reduced.informs(*column) && (problem.film().is_none() || precision > 1.0)
-        };
-        let moving: Vec<usize> = self.free.iter().copied().filter(is_told).collect();
+        let moving: Vec<usize> =
+            self.free.iter().copied().filter(|column| reduced.informs(*column)).collect();
         let room: Vec<[f64; 2]> = moving
             .iter()
             .map(|column| problem.unknowns[*column].bounds.map(|bound| bound - at.state.shared.0[*column]))

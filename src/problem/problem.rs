@@ -41,10 +41,10 @@ impl Block {
         }
     }
 
-    /// Returns values of shot `i` after a step, within the bounds of its own unknowns.
-    pub fn bounded(&self, i: usize, from: &Own, own: Own) -> Own {
+    /// Returns values of shot `i` within the bounds of its own unknowns.
+    pub fn bounded(&self, i: usize, own: Own) -> Own {
         match self {
-            Self::Film(film) => film.shots[i].spin.bounded(from, own),
+            Self::Film(film) => film.shots[i].spin.within(own),
             Self::Discs(_) | Self::Rows(_) => own,
         }
     }

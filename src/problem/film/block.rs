@@ -11,7 +11,7 @@ use super::filmed::{FilmBlock, FilmedShot, ShotAt, SideSpin};
 use super::marker_rotation::{Rotation, View, rotations};
 use super::motion::{COEFFICIENTS, Piece, Struck, cue_before, locate, own_inputs};
 use super::own::{self, MOVING, OWN, SCATTERED, input_of};
-use super::spins::{FIRST_SCATTER, OFF_CORNER, ShotSpin, States, Through};
+use super::spins::{FIRST_SCATTER, ShotSpin, States, Through};
 use crate::numerics::EXACT;
 use crate::numerics::dense::{Place, descend};
 use crate::physics::cloth_motion::GRAVITY;
@@ -121,34 +121,6 @@ impl ShotAt<'_> {
     /// Returns the sums of residuals and derivatives of the shot, in units of the noise of each
     /// ball; they include the prior of its spin.
     pub(crate) fn contribute(&self) -> Contribution {
-        let is_at_corner = self.shot.spin.is_at_corner(self.own);
-        let mut sums = if is_at_corner { self.add_up_beside_corner() } else { self.add_up() };
-        if let Some(loss) = self.film.loss
-            && let Some(offsets) = sums.offsets()
-        {
-            sums.weigh(loss, offsets.distance);
-        }
-        sums
-    }
-
-    /// Returns the sums on the side of the corner on which χ² decreases; if it does on neither,
-    /// those with the topspin held.
-    fn add_up_beside_corner(&self) -> Contribution {
-        let beside = |topspin: f64| {
-            let mut own = self.own.clone();
-            own[own::TOPSPIN] = topspin;
-            ShotAt { own: &own, ..*self }.add_up()
-        };
-        let top = beside(OFF_CORNER);
-        if top.slope(own::TOPSPIN) < 0.0 {
-            return top;
-        }
-        let mut draw = beside(-OFF_CORNER);
-        draw.sums.held[own::TOPSPIN] |= draw.slope(own::TOPSPIN) < 0.0;
-        draw
-    }
-
-    fn add_up(&self) -> Contribution {
         let Self { film, own, .. } = *self;
         let mut sums = self.add_frames();
         for (i, scatters) in film.scatters.into_iter().enumerate() {
@@ -156,6 +128,11 @@ impl ShotAt<'_> {
             sums.add_prior((own::SCATTER + i, prior), own[own::SCATTER + i], &film.variation.spreads);
         }
         self.constrain_spin(&mut sums);
+        if let Some(loss) = self.film.loss
+            && let Some(offsets) = sums.offsets()
+        {
+            sums.weigh(loss, offsets.distance);
+        }
         sums
     }
 
@@ -262,7 +239,8 @@ impl ShotAt<'_> {
         if spin.states == States::Measured || spin.rolls {
             own[own::TOPSPIN] = 0.0;
         } else if !is_same {
-            own[own::TOPSPIN] = SLIDE_START + spin.bounds[0].max(0.0);
+            let [low, high] = spin.bounds;
+            own[own::TOPSPIN] = if high > 0.0 { low.max(0.0) + SLIDE_START } else { high - SLIDE_START };
         }
         let shot = FilmedShot { spin: *spin, ..self.shot.clone() };
         let settled = ShotAt { shot: &shot, own: &own, ..*self }.settle(&[], (COMPARED_STEPS, STALL));
@@ -288,7 +266,8 @@ impl SideSpin {
 /// Decrease of χ² by which a sliding ball must be likelier than a rolling one: most cue balls roll.
 const ROLL_BONUS: f64 = 9.0;
 
-/// Topspin at which a shot's descent starts in another state, over natural roll.
+/// Topspin at which a shot's descent starts in another state, from the bound nearer to 0, over
+/// natural roll.
 const SLIDE_START: f64 = 0.3;
 
 /// A state of a shot with the values of its own unknowns there, and its χ².

@@ -5,12 +5,12 @@ use num_dual::DualNum;
 
 use super::dual::{Dual, DualVector, constant, gradient, with_gradient};
 use super::own::SCATTERED;
+use crate::numerics::EXACT;
 use crate::physics::ball::{Ball, BallState, Vec3};
 use crate::physics::collision::{
     Coefficients, Effects, Fidelity, Input, Jacobian, MIN_FITTED_KAPPA, Model, NotACollision, Regime,
 };
 use crate::physics::friction_law::Law;
-use crate::problem::film::spins::OFF_CORNER;
 use crate::problem::unknowns::{Id, Mode, Shared, Unknown};
 
 /// The collision model of a film or a table, with the effects that its unknowns have.
@@ -160,7 +160,7 @@ impl Contact {
         if model.law != Law::Constant {
             let b = shared[Id::FallB];
             // the law at b = 0 has no derivative by b
-            let b = if b.abs() < OFF_CORNER { OFF_CORNER } else { b };
+            let b = if b.abs() < EXACT { EXACT } else { b };
             model.law = Law::Exponential { b, c: shared[Id::FallC] };
         }
         model.e_slope = self.model.e_slope.map(|_| shared[Id::ESlope]);

@@ -10,11 +10,10 @@ use super::filmed::{FilmBlock, FilmedShot, ShotAt, SideSpin, set_apart};
 use super::impact::Contact;
 use super::own::{self, SCATTERED};
 use super::priors::list_unknowns;
-use super::spins::{
-    FIRST_SCATTER, OFF_CORNER, SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD, Through, first_spreads,
-};
+use super::spins::{FIRST_SCATTER, SIDE_SPREAD, ShotSpin, TOPSPIN_SPREAD, Through, first_spreads};
 use crate::measurement::dataset::{Dataset, Tracks};
 use crate::measurement::spin::Spin;
+use crate::numerics::EXACT;
 use crate::physics::collision::{Model, NotACollision};
 use crate::problem::frames::Frame;
 use crate::problem::policy::POLICY;
@@ -118,7 +117,7 @@ impl PlannedShot {
         shared: &Shared,
     ) -> Result<(FilmedShot, Own), NotACollision> {
         // of shots without topspin fits find half on either side of the corner
-        let side = if i.is_multiple_of(2) { OFF_CORNER } else { -OFF_CORNER };
+        let side = if i.is_multiple_of(2) { EXACT } else { -EXACT };
         let topspin = if self.topspin == 0.0 { side } else { self.topspin };
         let radius = film.contact.object().radius;
         let [along, across] = self.velocity;

@@ -12,7 +12,7 @@ use super::camera::{Camera, Point};
 use super::marker_rotation::Rotation;
 use super::own::{self, OWN};
 use crate::measurement::spin::Spin;
-use crate::numerics::{EXACT, SIGNIFICANT};
+use crate::numerics::SIGNIFICANT;
 use crate::physics::ball::Vec3;
 use crate::problem::sums::{OwnPrior, Spread};
 use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, Shared};
@@ -83,9 +83,6 @@ fn axes(velocity: Point) -> [Vec3; 3] {
     [Vec3::new(-y, x, 0.0), Vec3::z(), Vec3::new(x, y, 0.0)]
 }
 
-/// A number next to a corner of the outcome: topspin or draw between both, and b of the friction.
-pub(super) const OFF_CORNER: f64 = 1e-10;
-
 /// The spin of one shot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShotSpin {
@@ -142,12 +139,14 @@ impl ShotSpin {
     /// A ball of unknown spin, rolling at first.
     pub(super) const UNKNOWN: Self = Self { states: States::All, ..Self::ROLLS };
 
-    /// A ball of unknown spin that slides with less topspin than natural roll.
-    pub(super) const UNKNOWN_SLIDING: Self =
-        Self { bounds: [-MAX_TOPSPIN, 1.0], states: States::All, ..Self::SLIDES };
+    /// A ball of unknown spin that slides with topspin, less than that of natural roll.
+    pub(super) const UNKNOWN_SLIDING: Self = Self { bounds: [0.0, 1.0], states: States::All, ..Self::SLIDES };
 
     /// A ball of unknown spin that slides with more.
     const UNKNOWN_FAST: Self = Self { bounds: [1.0, MAX_TOPSPIN], ..Self::UNKNOWN_SLIDING };
+
+    /// A ball of unknown spin with draw.
+    const UNKNOWN_DRAW: Self = Self { bounds: [-MAX_TOPSPIN, 0.0], ..Self::UNKNOWN_SLIDING };
 
     /// Returns the spin of a shot whose cue ball has this velocity on the table, m/s.
     pub fn stated(spin: Spin, velocity: Point, radius: f64) -> Self {
@@ -209,7 +208,9 @@ impl ShotSpin {
         match self.states {
             States::One => Vec::new(),
             States::Measured => [true, false].map(|rolls| Self { rolls, ..*self }).to_vec(),
-            States::All => vec![Self::UNKNOWN, Self::UNKNOWN_FAST, Self::UNKNOWN_SLIDING],
+            States::All => {
+                vec![Self::UNKNOWN, Self::UNKNOWN_FAST, Self::UNKNOWN_SLIDING, Self::UNKNOWN_DRAW]
+            }
         }
     }
 
@@ -235,24 +236,5 @@ impl ShotSpin {
     pub fn within(&self, mut values: Own) -> Own {
         values[own::TOPSPIN] = values[own::TOPSPIN].clamp(self.bounds[0], self.bounds[1]);
         values
-    }
-
-    /// Returns the values after a step, which ends at the change from topspin to draw.
-    pub fn bounded(&self, from: &Own, mut values: Own) -> Own {
-        if self.has_corner() && from[own::TOPSPIN] * values[own::TOPSPIN] < 0.0 {
-            values[own::TOPSPIN] = 0.0;
-        }
-        self.within(values)
-    }
-
-    /// Returns whether χ² has a corner at the change from topspin, with which friction lifts the
-    /// cue ball, to draw, with which it lifts the object ball.
-    fn has_corner(&self) -> bool {
-        self.mean == Some(Id::Slide)
-    }
-
-    /// Returns whether the values are at that corner.
-    pub(super) fn is_at_corner(&self, own: &Own) -> bool {
-        self.has_corner() && own[own::TOPSPIN].abs() < EXACT
     }
 }
