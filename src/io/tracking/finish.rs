@@ -3,7 +3,7 @@
 use super::camera::Calibration;
 use super::follow::name_followed;
 use super::names::{assign, find, find_discs};
-use super::raw::{Job, RawShot, RawTrack, Row, jump_speed, sorted};
+use super::raw::{Job, RawShot, RawTrack, Row, jump_speed, sorted, stem};
 use super::repair::{self, remove_lost};
 use super::words::Unit;
 use super::{Facts, time};
@@ -30,7 +30,9 @@ pub(super) fn clips(mut shots: Vec<RawShot>, alone: bool, job: Job) -> Vec<RawSh
         remove_lost(shot, job);
     }
     // names of shots in the table are believed
-    if let [shot] = shots.as_slice() {
+    if let [shot] = shots.as_slice()
+        && shot.name == stem(job.file)
+    {
         let clips = clips_of(shot, job.settings.known_fps(), alone);
         let is_seen = |track: &&RawTrack| track.seen().count() >= MIN_FRAMES;
         let are_clips = clips.iter().all(|clip| clip.tracks.iter().filter(is_seen).count() > 1);
