@@ -82,6 +82,9 @@ pub(crate) enum Finding {
     /// The side spins of the shots, over the speed, scatter more than players make them, so that they
     /// may take up friction.
     SideSpins { sd: f64 },
+    /// The topspins of the shots that are stated as stun, over natural roll, scatter more than those
+    /// of such shots.
+    Topspins { sd: f64 },
     /// The frames scatter about the paths by more than their noise. If the model does not describe
     /// them at all, the estimates are meaningless.
     Misfit {
@@ -134,6 +137,7 @@ impl Finding {
             | Self::Cause { .. }
             | Self::Spins { .. }
             | Self::SideSpins { .. }
+            | Self::Topspins { .. }
             | Self::Misfit { refutes: false, .. }
             | Self::AtBound { .. }
             | Self::Lags => Severity::Doubtful,

@@ -71,6 +71,9 @@ pub(crate) struct Policy {
     /// Shots at the middle of the ball have at most 0.06; films of balls whose friction differs
     /// from shot to shot, of which side spins took it up, had 0.1 to 0.3, and μ far off.
     pub(crate) side_spins: f64,
+    /// Standard deviation of the topspins of shots that are stated as stun, over natural roll, beyond
+    /// which a fit is doubtful.
+    pub(crate) topspins: f64,
     /// Level of a test of several differences or trends (Holm 1979).
     pub(crate) level: f64,
     /// Probability of a χ² at either end, of a trend, or of a difference between the noises of
@@ -94,6 +97,7 @@ pub(crate) const POLICY: Policy = Policy {
     refuted: 25.0,
     refuted_rows: 5.0,
     side_spins: 0.1,
+    topspins: 0.2,
     level: 0.05,
     improbable: 0.001,
     undetermined_mu_s: 0.15,

@@ -10,7 +10,7 @@ use super::film::causes::{self, Refit};
 use super::film::film_data::{FilmError, prepare_film};
 use super::film::outliers::{self, leave_out_frames, squares};
 use super::film::own::{SCATTERED, scattering};
-use super::film::spins::{FIRST_SCATTER, SIDE_SPREAD};
+use super::film::spins::{FIRST_SCATTER, SIDE_SPREAD, TOPSPIN_SPREAD};
 use super::findings::{Differing, Finding, Severity};
 use super::intervals::errors_as_free;
 use super::loss::ShotLoss;
@@ -39,9 +39,11 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices) -> Result<Solution,
     let data = prepare_film(dataset, choices)?;
     let mut run = Run::minimise(data.clone())?.without_false_shots(data);
     run.leave_out_spoiled();
-    if run.slow_variance() > POLICY.misfit {
+    let are_uneven = run.uneven_topspins().is_some();
+    if are_uneven || run.slow_variance() > POLICY.misfit {
+        let least = if are_uneven { 0.0 } else { POLICY.cause + run.price_of_spins() };
         let freed = causes::spin_freely(&run.problem, &run.descent.end, &run.data);
-        run.adopt(freed);
+        run.adopt(freed.filter(|freed| freed.fall > least));
     }
     let how = (choices.fidelity.is_none(), dataset.settings.compliance);
     let without_causes = run.clone();
@@ -66,6 +68,7 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices) -> Result<Solution,
     let side = film.map(|film| film.variation.spreads[SIDE_SPREAD]);
     let is_wide = |side: &Spread| side.sd > POLICY.side_spins.max(2.0 * side.first);
     run.data.record.findings.extend(side.filter(is_wide).map(|Spread { sd, .. }| Finding::SideSpins { sd }));
+    run.data.record.findings.extend(run.uneven_topspins().map(|sd| Finding::Topspins { sd }));
     let misfit = run.slow_variance();
     if misfit > POLICY.misfit {
         run.data.record.findings.push(Finding::Misfit { ratio: misfit, refutes: misfit > POLICY.refuted });
@@ -167,6 +170,20 @@ impl Run {
         Self::minimise(others).ok().filter(is_good).unwrap_or(self)
     }
 
+    /// Returns the standard deviation of the topspins of shots that are stated as stun, if it is more
+    /// than such shots have.
+    fn uneven_topspins(&self) -> Option<f64> {
+        let film = self.problem.film()?;
+        let are_stun = film.shots.iter().any(|shot| shot.spin.is_stated(Id::Slide));
+        let sd = film.variation.spreads[TOPSPIN_SPREAD].sd;
+        (are_stun && sd > POLICY.topspins).then_some(sd)
+    }
+
+    /// Returns the decrease of −2 log L that a topspin of its own for each shot costs (Akaike 1974).
+    fn price_of_spins(&self) -> f64 {
+        2.0 * self.count_shots() as f64
+    }
+
     fn count_shots(&self) -> usize {
         self.problem.samples[0].names.len()
     }
@@ -207,12 +224,10 @@ impl Run {
         let mut estimates = self.estimates()?;
         for _ in 0..MAX_CAUSES {
             let cause = causes::explain(&self.problem, &self.descent.end, &estimates);
-            // sliding explains a deceleration that no cloth has
-            let mut shots = self.problem.film().into_iter().flat_map(|film| film.shots.iter());
-            let is_said_to_roll = shots.any(|shot| shot.spin.is_said_to_roll());
-            let spins = cause.as_ref().filter(|_| is_said_to_roll).and_then(|cause| {
+            // other spins explain decelerations that no cloth has
+            let spins = cause.as_ref().and_then(|cause| {
                 let freed = causes::spin_freely(&self.problem, &self.descent.end, &self.data)?;
-                (freed.fall > cause.fall + 2.0 * self.count_shots() as f64).then_some(freed)
+                (freed.fall > cause.fall + self.price_of_spins()).then_some(freed)
             });
             if !self.adopt(spins.or(cause)) {
                 break;

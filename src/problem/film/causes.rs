@@ -151,8 +151,8 @@ pub(crate) fn widen_rate(problem: &Problem, at: &Evaluation) -> Option<Refit> {
     Some(refit)
 }
 
-/// Returns the refit with the spins of all shots unknown, from the `first` guesses, if χ² decreases
-/// by enough for one more unknown per shot.
+/// Returns the refit with the spins of all shots unknown, from the `first` guesses, if some are
+/// stated.
 pub(crate) fn spin_freely(problem: &Problem, at: &Evaluation, first: &Prepared) -> Option<Refit> {
     // a spin of its own for each shot would explain wrong shots that count less
     if problem.is_robust() || problem.film()?.shots.iter().all(|shot| shot.spin.is_unknown()) {
@@ -172,11 +172,7 @@ pub(crate) fn spin_freely(problem: &Problem, at: &Evaluation, first: &Prepared) 
     let mut same = free.clone();
     same.film_mut()?.variation.noises.clone_from(&problem.film()?.variation.noises);
     let fall = at.cost - same.evaluate(state.clone()).cost;
-    let shots = &free.film()?.shots;
-    if !(fall > POLICY.cause + 2.0 * shots.len() as f64) {
-        return None;
-    }
-    let sliding = shots.iter().zip(&state.own[0]).filter(|(shot, _)| !shot.spin.rolls);
+    let sliding = free.film()?.shots.iter().zip(&state.own[0]).filter(|(shot, _)| !shot.spin.rolls);
     let topspins: Vec<f64> = sliding.map(|(shot, own)| shot.spin.topspin_of(own)).collect();
     let sliding = topspins.len();
     let topspin = if sliding == 0 { 1.0 } else { topspins.iter().sum::<f64>() / sliding as f64 };

@@ -133,7 +133,7 @@ pub(crate) fn list_camera(all: &mut [Unknown], tracks: &Tracks) {
 }
 
 fn list_spins(all: &mut [Unknown], settings: &Settings, topspin_sd: Option<f64>, spins: &[ShotSpin]) {
-    let rolls = spins.iter().any(ShotSpin::is_said_to_roll);
+    let rolls = spins.iter().any(|spin| spin.is_stated(Id::Roll));
     let slides = spins.iter().any(|spin| spin.priors[0] == OwnPrior::Spread(TOPSPIN_SPREAD));
     let is_unknown = spins.iter().any(ShotSpin::is_unknown);
     let presses = spins.iter().any(|spin| spin.mean != Some(Id::Slide));

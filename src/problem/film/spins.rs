@@ -21,9 +21,6 @@ use crate::problem::unknowns::{CAMERA, Id, Own, PHYSICS, Shared};
 /// three times its centre after a cue stroke without a miscue (offset of half a radius: 1.25).
 const MAX_TOPSPIN: f64 = 3.0;
 
-/// Largest topspin or draw of a ball that is stated as stun, over natural roll.
-const MAX_STUN: f64 = 0.5;
-
 /// Standard deviation of the mean topspin of shots stated as natural roll, over natural roll. A
 /// ball whose measured spin is within it rolls.
 pub(super) const ROLL_SD: f64 = 0.01;
@@ -31,7 +28,7 @@ pub(super) const ROLL_SD: f64 = 0.01;
 /// Number of spreads from shot to shot, and their indices: of the topspin of balls that slide, of
 /// side spin, and of what [`own::SCATTERED`] lists.
 pub(super) const SPREADS: usize = FIRST_SCATTER + own::SCATTERED.len();
-pub(super) const TOPSPIN_SPREAD: usize = 0;
+pub(crate) const TOPSPIN_SPREAD: usize = 0;
 pub(crate) const SIDE_SPREAD: usize = 1;
 pub(crate) const FIRST_SCATTER: usize = 2;
 
@@ -151,7 +148,7 @@ impl ShotSpin {
     /// Returns the spin of a shot whose cue ball has this velocity on the table, m/s.
     pub fn stated(spin: Spin, velocity: Point, radius: f64) -> Self {
         match spin {
-            Spin::Stun => Self { bounds: [-MAX_STUN, MAX_STUN], ..Self::SLIDES },
+            Spin::Stun => Self::SLIDES,
             Spin::NaturalRoll => Self::ROLLS,
             Spin::Measured { spin, sd } => {
                 let variances = sd.map(|sd| sd.unwrap_or(0.0).powi(2));
@@ -218,9 +215,9 @@ impl ShotSpin {
         self.states == States::All
     }
 
-    /// Returns whether natural roll is stated.
-    pub(crate) fn is_said_to_roll(&self) -> bool {
-        self.mean == Some(Id::Roll) && !self.is_unknown()
+    /// Returns whether natural roll ([`Id::Roll`]) or stun ([`Id::Slide`]) is stated.
+    pub(crate) fn is_stated(&self, mean: Id) -> bool {
+        self.mean == Some(mean) && !self.is_unknown()
     }
 
     pub(super) fn is_same_state(&self, other: &Self) -> bool {
