@@ -80,6 +80,11 @@ pub(super) fn minus_two_log(problem: &Problem, at: &Evaluation) -> f64 {
     at.cost + problem.samples.iter().enumerate().map(sample_term).sum::<f64>()
 }
 
+/// Returns −2 log L with the own unknowns integrated over, up to a constant.
+pub(super) fn unlikely(problem: &Problem, at: &Evaluation) -> f64 {
+    at.reduced().map_or(f64::INFINITY, |reduced| minus_two_log(problem, at) + reduced.own_ln_determinant)
+}
+
 fn count(sums: &[NoiseSums]) -> f64 {
     sums.iter().map(|sum| sum.count).sum()
 }

@@ -15,6 +15,7 @@ use super::findings::{Differing, Finding, Severity};
 use super::intervals::errors_as_free;
 use super::loss::ShotLoss;
 use super::minimise::{Descent, descend_with_noise, fit};
+use super::noise::unlikely;
 use super::policy::{Choices, POLICY};
 use super::problem::{Prepared, Problem, State};
 use super::solution::Solution;
@@ -39,19 +40,23 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices) -> Result<Solution,
     let data = prepare_film(dataset, choices)?;
     let mut run = Run::minimise(data.clone())?.without_false_shots(data);
     run.leave_out_spoiled();
-    let are_uneven = run.uneven_topspins().is_some();
-    if are_uneven || run.slow_variance() > POLICY.misfit {
-        let least = if are_uneven { 0.0 } else { POLICY.cause + run.price_of_spins() };
+    if run.slow_variance() > POLICY.misfit {
         let freed = causes::spin_freely(&run.problem, &run.descent.end, &run.data);
+        let least = POLICY.cause + run.price_of_spins();
         run.adopt(freed.filter(|freed| freed.fall > least));
     }
     let how = (choices.fidelity.is_none(), dataset.settings.compliance);
     let without_causes = run.clone();
     let mut estimates = run.name_causes(how)?;
-    if run.is_scattered(&estimates) {
+    if run.is_scattered(&estimates) || without_causes.uneven_topspins().is_some() {
         // a cause is named only if it explains more than such scatter does
         run = without_causes;
         run.let_scatter();
+        // spins that are not as stated scatter outcomes, too
+        let least = run.uneven_topspins().map_or(POLICY.cause + run.price_of_spins(), |_| 0.0);
+        let most = unlikely(&run.problem, &run.descent.end) - least;
+        let freed = causes::spin_freely(&run.problem, &run.descent.end, &run.data);
+        run.adopt(freed.filter(|freed| unlikely(&freed.problem, &freed.descent.end) < most));
         estimates = run.name_causes(how)?;
         let spreads = run.problem.film().map_or(&[][..], |film| &film.variation.spreads[FIRST_SCATTER..]);
         let differing = SCATTERED.into_iter().zip(spreads).filter(|(_, spread)| spread.sd > spread.first);
@@ -173,13 +178,14 @@ impl Run {
     /// Returns the standard deviation of the topspins of shots that are stated as stun, if it is more
     /// than such shots have.
     fn uneven_topspins(&self) -> Option<f64> {
-        let film = self.problem.film()?;
+        let film = self.problem.film().filter(|film| film.loss.is_none())?;
         let are_stun = film.shots.iter().any(|shot| shot.spin.is_stated(Id::Slide));
         let sd = film.variation.spreads[TOPSPIN_SPREAD].sd;
         (are_stun && sd > POLICY.topspins).then_some(sd)
     }
 
-    /// Returns the decrease of −2 log L that a topspin of its own for each shot costs (Akaike 1974).
+    /// Returns the decrease of −2 log L that a topspin of its own for each shot costs (Akaike 1974);
+    /// it may be in one of four states.
     fn price_of_spins(&self) -> f64 {
         2.0 * self.count_shots() as f64
     }

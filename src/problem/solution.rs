@@ -12,7 +12,7 @@ use statrs::distribution::ContinuousCDF;
 use super::evaluation::Evaluation;
 use super::findings::Finding;
 use super::minimise::Descent;
-use super::noise::minus_two_log;
+use super::noise::{minus_two_log, unlikely};
 use super::problem::{Block, Prepared, Problem, Record, Sample, State};
 use super::sums::ShotSums;
 use super::uncertainty::Estimates;
@@ -249,6 +249,11 @@ impl Solution {
     /// Returns −2 log L up to a constant, greatest over the noises that are not stated.
     pub fn minus_two_log(&self) -> f64 {
         minus_two_log(&self.problem, &self.at)
+    }
+
+    /// Returns −2 log L with the own unknowns integrated over, up to a constant.
+    pub(super) fn unlikely(&self) -> f64 {
+        unlikely(&self.problem, &self.at)
     }
 
     /// Returns χ² of the data alone, and the number of measured numbers in it.

@@ -69,7 +69,7 @@ pub(crate) fn fit_discs(dataset: &Dataset) -> Result<DiscFit, FilmError> {
     }
     free.record.findings.extend(compliance);
     let mut best = fits.remove(0);
-    let rivals = fits.into_iter().map(|other| (unlikely(&other) - unlikely(&best), other.at));
+    let rivals = fits.into_iter().map(|other| (other.unlikely() - best.unlikely(), other.at));
     let rivals: Vec<(f64, Evaluation)> = rivals.filter(|(rise, _)| *rise < POLICY.cause).collect();
     for _ in 0..ROUNDS {
         let Some(refit) = explain(&best.problem, &best.at, &best.covariance) else { break };
@@ -107,7 +107,7 @@ fn choose_law(free: &Prepared, settings: &Settings) -> Result<(Vec<Solution>, Op
     law[Id::Kappa as usize].mode = Mode::Free;
     let compliant = fit_law(free, &law)?;
     // beyond the equations that define the parameters only if the shots show it
-    let fall = unlikely(&stated[0]) - unlikely(&compliant[0]);
+    let fall = stated[0].unlikely() - compliant[0].unlikely();
     if fall <= POLICY.cause {
         return Ok((stated, None));
     }
@@ -138,15 +138,9 @@ fn fit_law(free: &Prepared, law: &[Unknown]) -> Result<Vec<Solution>, FilmError>
         settle(Prepared { problem, start: start.state, record }).ok()
     });
     let mut fits: Vec<Solution> = fits.filter(|fit| fit.at.cost.is_finite()).collect();
-    fits.sort_by(|a, b| unlikely(a).total_cmp(&unlikely(b)));
+    fits.sort_by(|a, b| a.unlikely().total_cmp(&b.unlikely()));
     let fits = different(&problem, fits, Solution::state);
     if fits.is_empty() { Err(FilmError::Undetermined) } else { Ok(fits) }
-}
-
-/// Returns −2 log L up to a constant, with the own unknowns integrated.
-fn unlikely(fit: &Solution) -> f64 {
-    let reduced = fit.at.reduced();
-    fit.minus_two_log() + reduced.map_or(f64::INFINITY, |reduced| reduced.own_ln_determinant)
 }
 
 /// Returns whether each shot is kept: its e and J_t/J_n, momentum, spins and distance differ from
