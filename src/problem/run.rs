@@ -59,7 +59,8 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices) -> Result<Solution,
         run.adopt(freed.filter(|freed| unlikely(&freed.problem, &freed.descent.end) < most));
         estimates = run.name_causes(how)?;
         let spreads = run.problem.film().map_or(&[][..], |film| &film.variation.spreads[FIRST_SCATTER..]);
-        let differing = SCATTERED.into_iter().zip(spreads).filter(|(_, spread)| spread.sd > spread.first);
+        let differing =
+            SCATTERED.into_iter().zip(spreads).filter(|(_, spread)| spread.sd > 2.0 * spread.first);
         let spreads: Vec<_> = differing.map(|(id, spread)| Differing { id, sd: spread.sd }).collect();
         run.data.record.findings.extend((!spreads.is_empty()).then_some(Finding::Dispersed { spreads }));
     } else if !run.problem.is_robust() {
