@@ -72,7 +72,8 @@ pub(crate) struct Policy {
     /// from shot to shot, of which side spins took it up, had 0.1 to 0.3, and μ far off.
     pub(crate) side_spins: f64,
     /// Standard deviation of the topspins of shots that are stated as stun, over natural roll, beyond
-    /// which a fit is doubtful.
+    /// which a fit is doubtful: 20 films of stun have less, rolls and draws more
+    /// (`tests/reference/studies.md`).
     pub(crate) topspins: f64,
     /// Level of a test of several differences or trends (Holm 1979).
     pub(crate) level: f64,

@@ -15,7 +15,6 @@ use super::findings::{Differing, Finding, Severity};
 use super::intervals::errors_as_free;
 use super::loss::ShotLoss;
 use super::minimise::{Descent, descend_with_noise, fit};
-use super::noise::unlikely;
 use super::policy::{Choices, POLICY};
 use super::problem::{Prepared, Problem, State};
 use super::solution::Solution;
@@ -41,9 +40,7 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices) -> Result<Solution,
     let mut run = Run::minimise(data.clone())?.without_false_shots(data);
     run.leave_out_spoiled();
     if run.slow_variance() > POLICY.misfit {
-        let freed = causes::spin_freely(&run.problem, &run.descent.end, &run.data);
-        let least = POLICY.cause + run.price_of_spins();
-        run.adopt(freed.filter(|freed| freed.fall > least));
+        run.free_spins(POLICY.cause + run.price_of_spins());
     }
     let how = (choices.fidelity.is_none(), dataset.settings.compliance);
     let without_causes = run.clone();
@@ -54,9 +51,7 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices) -> Result<Solution,
         run.let_scatter();
         // spins that are not as stated scatter outcomes, too
         let least = run.uneven_topspins().map_or(POLICY.cause + run.price_of_spins(), |_| 0.0);
-        let most = unlikely(&run.problem, &run.descent.end) - least;
-        let freed = causes::spin_freely(&run.problem, &run.descent.end, &run.data);
-        run.adopt(freed.filter(|freed| unlikely(&freed.problem, &freed.descent.end) < most));
+        run.free_spins(least);
         estimates = run.name_causes(how)?;
         let spreads = run.problem.film().map_or(&[][..], |film| &film.variation.spreads[FIRST_SCATTER..]);
         let differing =
@@ -185,8 +180,14 @@ impl Run {
         (are_stun && sd > POLICY.topspins).then_some(sd)
     }
 
-    /// Returns the decrease of −2 log L that a topspin of its own for each shot costs (Akaike 1974);
-    /// it may be in one of four states.
+    /// Goes on with unknown spins if −2 log L decreases by more than `least`; returns whether it does.
+    fn free_spins(&mut self, least: f64) -> bool {
+        let freed = causes::spin_freely(&self.problem, &self.descent.end, &self.data);
+        self.adopt(freed.filter(|freed| freed.fall > least))
+    }
+
+    /// Returns the decrease of −2 log L that a topspin of its own for each shot must make: 2 for
+    /// each unknown (Akaike 1974).
     fn price_of_spins(&self) -> f64 {
         2.0 * self.count_shots() as f64
     }
@@ -232,11 +233,8 @@ impl Run {
         for _ in 0..MAX_CAUSES {
             let cause = causes::explain(&self.problem, &self.descent.end, &estimates);
             // other spins explain decelerations that no cloth has
-            let spins = cause.as_ref().and_then(|cause| {
-                let freed = causes::spin_freely(&self.problem, &self.descent.end, &self.data)?;
-                (freed.fall > cause.fall + self.price_of_spins()).then_some(freed)
-            });
-            if !self.adopt(spins.or(cause)) {
+            let least = cause.as_ref().map(|cause| cause.fall + self.price_of_spins());
+            if !least.is_some_and(|least| self.free_spins(least)) && !self.adopt(cause) {
                 break;
             }
             estimates = self.estimates()?;

@@ -8,6 +8,7 @@ use super::spins::ShotSpin;
 use crate::problem::evaluation::Evaluation;
 use crate::problem::findings::Finding;
 use crate::problem::minimise::{Descent, descend_with_noise, fit};
+use crate::problem::noise::unlikely;
 use crate::problem::policy::POLICY;
 use crate::problem::problem::{Prepared, Problem, State};
 use crate::problem::uncertainty::{Estimates, Suspect};
@@ -31,7 +32,7 @@ const MAX_SUSPECTS: usize = 3;
 pub(crate) struct Refit {
     pub(crate) problem: Problem,
     pub(crate) descent: Descent,
-    /// Decrease of −2 log L at the noise before.
+    /// Decrease of −2 log L.
     pub(crate) fall: f64,
     pub(crate) finding: Option<Finding>,
 }
@@ -152,7 +153,7 @@ pub(crate) fn widen_rate(problem: &Problem, at: &Evaluation) -> Option<Refit> {
 }
 
 /// Returns the refit with the spins of all shots unknown, from the `first` guesses, if some are
-/// stated.
+/// stated. Its decrease of −2 log L is that with the own unknowns integrated over.
 pub(crate) fn spin_freely(problem: &Problem, at: &Evaluation, first: &Prepared) -> Option<Refit> {
     // a spin of its own for each shot would explain wrong shots that count less
     if problem.is_robust() || problem.film()?.shots.iter().all(|shot| shot.spin.is_unknown()) {
@@ -168,10 +169,7 @@ pub(crate) fn spin_freely(problem: &Problem, at: &Evaluation, first: &Prepared) 
     }
     let descent = fit(&mut free, &start)?;
     let state = &descent.end.state;
-    // at the noise of the first fit
-    let mut same = free.clone();
-    same.film_mut()?.variation.noises.clone_from(&problem.film()?.variation.noises);
-    let fall = at.cost - same.evaluate(state.clone()).cost;
+    let fall = unlikely(problem, at) - unlikely(&free, &descent.end);
     let sliding = free.film()?.shots.iter().zip(&state.own[0]).filter(|(shot, _)| !shot.spin.rolls);
     let topspins: Vec<f64> = sliding.map(|(shot, own)| shot.spin.topspin_of(own)).collect();
     let sliding = topspins.len();
