@@ -82,8 +82,8 @@ pub(crate) enum Finding {
     /// The side spins of the shots, over the speed, scatter more than players make them, so that they
     /// may take up friction.
     SideSpins { sd: f64 },
-    /// The topspins of the shots that are stated as stun, over natural roll, scatter more than those
-    /// of such shots.
+    /// The topspins of shots that do not roll, over natural roll, scatter more about what is stated
+    /// than is usual.
     Topspins { sd: f64 },
     /// The frames scatter about the paths by more than their noise. If the model does not describe
     /// them at all, the estimates are meaningless.

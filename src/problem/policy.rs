@@ -71,8 +71,8 @@ pub(crate) struct Policy {
     /// Shots at the middle of the ball have at most 0.06; films of balls whose friction differs
     /// from shot to shot, of which side spins took it up, had 0.1 to 0.3, and μ far off.
     pub(crate) side_spins: f64,
-    /// Standard deviation of the topspins of shots that are stated as stun, over natural roll, beyond
-    /// which a fit is doubtful: 20 films of stun have less, rolls and draws more
+    /// Standard deviation of topspins about the stated ones, over natural roll, beyond which a fit is
+    /// doubtful: 20 films of stun and 20 of measured spins have less, others more
     /// (`tests/reference/studies.md`).
     pub(crate) topspins: f64,
     /// Level of a test of several differences or trends (Holm 1979).

@@ -171,13 +171,12 @@ impl Run {
         Self::minimise(others).ok().filter(is_good).unwrap_or(self)
     }
 
-    /// Returns the standard deviation of the topspins of shots that are stated as stun, if it is more
-    /// than such shots have.
+    /// Returns the standard deviation of topspins about the stated ones, if it is more than is usual.
     fn uneven_topspins(&self) -> Option<f64> {
         let film = self.problem.film().filter(|film| film.loss.is_none())?;
-        let are_stun = film.shots.iter().any(|shot| shot.spin.is_stated(Id::Slide));
+        let are_stated = film.shots.iter().any(|shot| !shot.spin.rolls && !shot.spin.is_unknown());
         let sd = film.variation.spreads[TOPSPIN_SPREAD].sd;
-        (are_stun && sd > POLICY.topspins).then_some(sd)
+        (are_stated && sd > POLICY.topspins).then_some(sd)
     }
 
     /// Goes on with unknown spins if −2 log L decreases by more than `least`; returns whether it does.

@@ -4,11 +4,10 @@
 //! errors of real films are not noise. The widths were chosen by Cramér–Rao bounds of ten kinds of
 //! film and 2 000 fits of an independent simulator.
 
-use super::spins::{ROLL_SD, ShotSpin, TOPSPIN_SPREAD};
+use super::spins::{ROLL_SD, ShotSpin};
 use crate::measurement::correction::Correction;
 use crate::measurement::dataset::{Measured, Tracks};
 use crate::measurement::parameter::{Compliance, Parameter, Settings};
-use crate::problem::sums::OwnPrior;
 use crate::problem::unknowns::{Id, Mode, Normal, Unknown};
 
 /// Relative standard deviation of a stated radius of balls: new ones differ by 0.05 mm from their
@@ -134,7 +133,7 @@ pub(crate) fn list_camera(all: &mut [Unknown], tracks: &Tracks) {
 
 fn list_spins(all: &mut [Unknown], settings: &Settings, topspin_sd: Option<f64>, spins: &[ShotSpin]) {
     let rolls = spins.iter().any(|spin| spin.is_stated(Id::Roll));
-    let slides = spins.iter().any(|spin| spin.priors[0] == OwnPrior::Spread(TOPSPIN_SPREAD));
+    let slides = spins.iter().any(|spin| spin.is_stated(Id::Slide));
     let is_unknown = spins.iter().any(ShotSpin::is_unknown);
     let presses = spins.iter().any(|spin| spin.mean != Some(Id::Slide));
     all[Id::Roll as usize].start = 1.0;

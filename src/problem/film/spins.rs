@@ -164,15 +164,20 @@ impl ShotSpin {
         let slip = Point::new(velocity.x - radius * spin.y, velocity.y + radius * spin.x).norm();
         let error = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt() * radius;
         let is_open = error > 0.0 && slip < ROLL_SD * speed + SIGNIFICANT * error;
-        let prior = |axis: Vec3| {
-            let sd = axis.dot(&(covariance * axis)).sqrt() * radius / speed;
-            if sd > 0.0 && sd.is_finite() { OwnPrior::Stated(sd) } else { OwnPrior::Held }
+        let rolls = slip < ROLL_SD * speed;
+        // without a stated error it errs from shot to shot as spins do that a word states
+        let [topspin, side, _] = if rolls { Self::ROLLS } else { Self::SLIDES }.priors;
+        let unstated = [topspin, side, side];
+        let axes = axes(velocity);
+        let prior = |i: usize| {
+            let sd = axes[i].dot(&(covariance * axes[i])).sqrt() * radius / speed;
+            if sd > 0.0 && sd.is_finite() { OwnPrior::Stated(sd) } else { unstated[i] }
         };
         Self {
-            rolls: slip < ROLL_SD * speed,
+            rolls,
             mean: None,
             measured: Some(*spin),
-            priors: axes(velocity).map(prior),
+            priors: [0, 1, 2].map(prior),
             states: if is_open { States::Measured } else { States::One },
             ..Self::ROLLS
         }
@@ -211,7 +216,7 @@ impl ShotSpin {
         }
     }
 
-    pub(super) fn is_unknown(&self) -> bool {
+    pub(crate) fn is_unknown(&self) -> bool {
         self.states == States::All
     }
 
