@@ -12,6 +12,7 @@ use crate::film::frame_noise::constant_axis;
 use crate::measurement::dataset::Measured;
 use crate::measurement::spin::Spin;
 use crate::measurement::track::TrackShot;
+use crate::numerics::median;
 use crate::physics::ball::Ball;
 use crate::problem::{DiscImpact, Finding, Id, POLICY, Severity, Solution};
 use crate::words::Sentences;
@@ -122,7 +123,7 @@ impl Fit {
                     (cause_of(*id)?, *estimate, *sd, size * size)
                 }
                 Finding::Cause { id, estimate, sd, fall } => (cause_of(*id)?, *estimate, *sd, *fall),
-                Finding::Spins { fall, topspin, .. } => ("cue-spin", *topspin, f64::NAN, *fall),
+                Finding::Spins { fall } => ("cue-spin", median(solution.topspins()), f64::NAN, *fall),
                 Finding::Compliance { kappa, fall, adopted: true, .. } => {
                     let sd = solution.get(Id::Kappa).and_then(|kappa| kappa.std_error);
                     ("compliance", *kappa, sd.unwrap_or(f64::NAN), *fall)

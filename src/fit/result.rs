@@ -255,7 +255,8 @@ pub(crate) struct Explanation {
     /// cue-spin, mass-ratio, compliance, falling-friction, falling-restitution, frame-rate, radius,
     /// tilt, late-ball, near-balls, aside, contact-time, scale, aspect, shear, perspective, lens, rolling-shutter or parallax.
     pub(crate) cause: &'static str,
-    /// The value that explains the residuals best, as the true frame rate over the stated one.
+    /// The value that explains the residuals best, as the true frame rate over the stated one; of
+    /// cue-spin the median topspin over natural roll.
     #[schemars(with = "Option<f64>")]
     pub(crate) estimate: f64,
     /// Its standard error, same unit.

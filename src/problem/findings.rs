@@ -73,12 +73,7 @@ pub(crate) enum Finding {
     /// An effect that the model left out explains residuals; it was then let in.
     Cause { id: Id, estimate: f64, sd: f64, fall: f64 },
     /// The cue balls do not spin as stated; their spins were then found from the frames.
-    Spins {
-        fall: f64,
-        /// Mean topspin of the shots that slide, over natural roll; 1 without such shots.
-        topspin: f64,
-        sliding: usize,
-    },
+    Spins { fall: f64 },
     /// The side spins of the shots, over the speed, scatter more than players make them, so that they
     /// may take up friction.
     SideSpins { sd: f64 },

@@ -168,14 +168,8 @@ pub(crate) fn spin_freely(problem: &Problem, at: &Evaluation, first: &Prepared) 
         shot.spin = ShotSpin::UNKNOWN;
     }
     let descent = fit(&mut free, &start)?;
-    let state = &descent.end.state;
     let fall = unlikely(problem, at) - unlikely(&free, &descent.end);
-    let sliding = free.film()?.shots.iter().zip(&state.own[0]).filter(|(shot, _)| !shot.spin.rolls);
-    let topspins: Vec<f64> = sliding.map(|(shot, own)| shot.spin.topspin_of(own)).collect();
-    let sliding = topspins.len();
-    let topspin = if sliding == 0 { 1.0 } else { topspins.iter().sum::<f64>() / sliding as f64 };
     // few shots may not determine all of these unknowns
     Estimates::new(&free, &descent.end)?;
-    let finding = Some(Finding::Spins { fall, topspin, sliding });
-    Some(Refit { problem: free, descent, fall, finding })
+    Some(Refit { problem: free, descent, fall, finding: Some(Finding::Spins { fall }) })
 }
