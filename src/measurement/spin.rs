@@ -15,9 +15,8 @@ pub enum Spin {
     Measured {
         /// The angular velocity, rad/s.
         spin: Vec3,
-        /// The standard deviation of each component, rad/s. One without it errs in a film as a spin
-        /// that is stated by a word, in a table as the spins after the impact do if these have none,
-        /// either, and else is exact.
+        /// The standard deviations, rad/s. A spin without one errs in a film as one that a word states,
+        /// in a table as the spins after the impact if these have none, either, and else is exact.
         sd: [Option<f64>; 3],
     },
     /// The spin is unknown.
