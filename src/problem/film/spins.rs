@@ -165,7 +165,7 @@ impl ShotSpin {
         let error = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt() * radius;
         let is_open = error > 0.0 && slip < ROLL_SD * speed + SIGNIFICANT * error;
         let rolls = slip < ROLL_SD * speed;
-        // without a stated error it errs from shot to shot as spins do that a word states
+        // a component without a stated error scatters as one of a spin that a word states
         let [topspin, side, _] = if rolls { Self::ROLLS } else { Self::SLIDES }.priors;
         let unstated = [topspin, side, side];
         let axes = axes(velocity);
