@@ -66,7 +66,11 @@ fn as_written(job: Job) -> Option<Vec<RawShot>> {
     };
     let is_text = !first.contains(|c: char| c.is_control() && !c.is_whitespace());
     let (begin, format) = (shortened(first.trim()), stated.name());
-    job.refuse(line, message!("unknown_format", begin, format, is_text))
+    let lacking = headings.iter().find_map(|heading| {
+        let mut lacking = ["ball", "x", "y"].into_iter().filter(|name| heading.at(name).is_none());
+        lacking.next().filter(|_| lacking.next().is_none())
+    });
+    job.refuse(line, message!("unknown_format", begin, lacking, format, is_text))
 }
 
 /// Reads the rows of a table; times of Qualisys begin at 0, and positions at 0, 0 are its gaps.
@@ -124,7 +128,9 @@ fn by_columns(job: Job, wanted: &Columns) -> Option<Layout> {
     };
     let balls = if is_wide { vec![(cue, "cue_"), (object, "object_")] } else { vec![("", "")] };
     let bodies = balls.into_iter().map(|(name, begin)| Body::of_keys(name, begin, unit, column));
-    let bodies = bodies.collect::<Option<Vec<_>>>()?.concat();
+    // of all balls, so that no unit that lacks goes unnamed
+    let bodies: Vec<_> = bodies.collect();
+    let bodies = bodies.into_iter().collect::<Option<Vec<_>>>()?.concat();
     Some(Layout { shot, ball: column("ball"), ..Layout::new(Format::Columns, heading, bodies, time, job) })
 }
 
@@ -243,7 +249,8 @@ fn read_json(job: Job) -> Option<Vec<RawShot>> {
     let unit = word.as_ref().and_then(|word| Unit::M.alike().find(|unit| Unit::of(word) == Some(*unit)));
     if let (Some(word), None) = (word, unit) {
         let word = shortened(&word);
-        return file.refuse(whole, format!("\"{word}\" is not a unit of length: m, cm, mm, in, ft or px"));
+        let line = file.line(whole);
+        return job.refuse(line, format!("the unit \"{word}\" is unknown; expected m, cm, mm, in, ft or px"));
     }
     let mut read = Vec::new();
     for (number, raw) in (1..).zip(&shots) {
