@@ -20,13 +20,8 @@ pub(crate) struct Eliminated {
 impl Eliminated {
     /// Returns the variance at given shared unknowns of a number with these derivatives.
     pub(crate) fn variance(&self, by: &DVector<f64>) -> f64 {
-        let by = self.own(by);
+        let by = by.select_rows(&self.places);
         by.dot(&self.factor.solve(&by))
-    }
-
-    /// Returns the derivatives of a number by the own unknowns; what is left out at its end is 0.
-    pub(super) fn own(&self, by: &DVector<f64>) -> DVector<f64> {
-        DVector::from_fn(self.places.len(), |i, _| by.get(self.places[i]).copied().unwrap_or_default())
     }
 }
 

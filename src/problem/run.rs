@@ -59,7 +59,6 @@ pub(crate) fn fit_film(dataset: &Dataset, choices: &Choices) -> Result<Solution,
         let spreads: Vec<_> = differing.map(|(id, spread)| Differing { id, sd: spread.sd }).collect();
         run.data.record.findings.extend((!spreads.is_empty()).then_some(Finding::Dispersed { spreads }));
     } else if !run.problem.is_robust() {
-        drop(without_causes);
         run.let_scatter();
         estimates = run.estimates()?;
     }
@@ -269,8 +268,6 @@ impl Run {
         let Some(film) = self.problem.film_mut() else { return };
         film.scatters = scatters;
         let state = self.descent.end.state.clone();
-        // equations of the last descent take as much memory as those of the next
-        self.descent.end.reduced = None;
         self.descent = descend_with_noise(&mut self.problem, state);
     }
 

@@ -146,8 +146,7 @@ pub(crate) struct Scattered {
     pub(crate) place: usize,
     /// The difference.
     pub(crate) value: f64,
-    /// Its derivatives by the own unknowns of the shot and the shared ones, of which the last may be
-    /// left out if they are 0.
+    /// Its derivatives by the own unknowns of the shot and the shared ones.
     pub(crate) by: DVector<f64>,
 }
 
@@ -244,8 +243,7 @@ impl Contribution {
 
     /// Adds what is known of the own unknown at `place`.
     pub(crate) fn add_prior(&mut self, (place, prior): (usize, OwnPrior), value: f64, spreads: &[Spread]) {
-        // those by later unknowns are 0
-        let mut by = DVector::zeros(place + 1);
+        let mut by = DVector::zeros(self.products.ncols() - 1);
         by[place] = 1.0;
         match prior {
             OwnPrior::Held => self.sums.held[place] = true,

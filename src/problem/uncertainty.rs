@@ -80,7 +80,7 @@ impl Estimates {
     pub(crate) fn variance(&self, reduced: &Reduced, (sample, i): (usize, usize), by: &DVector<f64>) -> f64 {
         let own = &reduced.own[sample][i];
         // own unknowns follow the shared ones
-        let followed = own.response.tr_mul(&own.own(by));
+        let followed = own.response.tr_mul(&by.select_rows(&own.places));
         let mut by_shared = DVector::zeros(self.columns.len());
         for (by_local, column) in followed.iter().zip(&reduced.kept[sample]) {
             if let Some(place) = self.position(*column) {
